@@ -128,7 +128,8 @@ int run_program(const Program& program, int argc, char** argv) {
   try {
     return run(program, argc, argv);
   } catch (const std::bad_alloc&) {
-    write_standard_error("symrig: out of memory; use a smaller grid or a machine with more memory\n");
+    write_standard_error(program_name().c_str());
+    write_standard_error(": out of memory; use a smaller grid or a machine with more memory\n");
   } catch (const std::exception& error) {
     print_error("", std::string("internal fault: ") + error.what());
   }

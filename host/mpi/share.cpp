@@ -10,10 +10,6 @@
 namespace symrig::mpi {
 namespace {
 
-std::int64_t halves_of(const Leaf& leaf, int channels) {
-  return std::int64_t{channels} * leaf.rank * (std::int64_t{leaf.rows()} + leaf.cols());
-}
-
 /// Of a scene that is left in its file, one part at a time is in memory.
 Result<void> add_leaves(const TransportTensor& whole, LeafRange range, TensorBuilder& builder) {
   builder.pack_leaves();
@@ -91,7 +87,8 @@ std::vector<std::int64_t> costs_of(const TransportTensor& tensor) {
   costs.reserve(tensor.leaves().size());
   constexpr std::int64_t kHalf = 2, kColumn = std::int64_t{4} * 64;
   for (const Leaf& leaf : tensor.leaves())
-    costs.push_back(kHalf * halves_of(leaf, tensor.channels()) + kColumn * 2 * leaf.rank * tensor.channels());
+    costs.push_back(kHalf * static_cast<std::int64_t>(leaf.values(tensor.channels())) +
+                    kColumn * static_cast<std::int64_t>(leaf.columns(tensor.channels())));
   return costs;
 }
 
@@ -112,7 +109,8 @@ Result<Share> read_share(const std::filesystem::path& path, int rank, int count)
   const TransportTensor& whole = share.scene.tensor;
   const std::vector<std::int64_t> costs = costs_of(whole);
   std::int64_t rest = whole.bytes();
-  for (const Leaf& leaf : whole.leaves()) rest -= 2 * halves_of(leaf, whole.channels());
+  for (const Leaf& leaf : whole.leaves())
+    rest -= 2 * static_cast<std::int64_t>(leaf.values(whole.channels()));
   const std::vector<LeafRange> ranges = deal(costs, rest, count);
   SYMRIG_TRY(TransportTensor part, part_of(whole, ranges[static_cast<std::size_t>(rank)], rank == 0));
   share.scene.tensor = std::move(part);

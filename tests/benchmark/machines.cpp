@@ -43,6 +43,7 @@ TransportTensor made(const Leaves& leaves, mpi::LeafRange range) {
   const BlockTree tree(leaves.grid);
   const auto blocks = tree.level(leaves.level);
   TensorBuilder builder(tree, 1);
+  builder.pack_leaves();  // floats of all leaves would need twice the memory of the tensor
   const auto largest =
       static_cast<std::size_t>(2 * std::max_element(blocks.begin(), blocks.end(), [](auto& a, auto& b) {
                                      return a.size() < b.size();

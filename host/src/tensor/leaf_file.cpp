@@ -20,25 +20,17 @@ Error breaks_rules(std::size_t leaf) {
 
 namespace {
 
-/// Values of a leaf, and its columns.
-struct LeafSize {
-  std::size_t values, columns;
-};
-
-LeafSize size_of(const Leaf& leaf, int channels) {
-  const std::size_t columns = static_cast<std::size_t>(channels) * static_cast<std::size_t>(leaf.rank);
-  return {columns * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols()), 2 * columns};
-}
-
 /// The columns of a leaf have values for all its pixels, and no value is left over.
 Result<void> check_sizes(std::span<const Leaf> leaves, const Head& head, std::size_t values,
                          std::size_t exponents) {
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    const LeafSize size = size_of(leaves[k], head.channels);
-    const std::size_t columns = head.version == 1 ? 0 : size.columns;  // floats need no exponent
-    if (size.values > values || columns > exponents) return breaks_rules(k);
-    values -= size.values;
-    exponents -= columns;
+    const std::size_t columns = leaves[k].columns(head.channels);
+    const std::size_t scales = head.version == 1 ? 0 : columns;  // floats have no exponents
+    // A division, because the product of two wrong numbers may be too large for any integer.
+    const auto pixels = static_cast<std::size_t>(std::int64_t{leaves[k].rows()} + leaves[k].cols());
+    if (columns / 2 > values / pixels || scales > exponents) return breaks_rules(k);
+    values -= leaves[k].values(head.channels);
+    exponents -= scales;
   }
   if (values > 0) return damaged("'leaves/factors' has values without a leaf");
   if (exponents > 0) return damaged("'leaves/exponents' has values without a leaf");
@@ -96,16 +88,15 @@ Result<void> check_part(const PartValues& values, const PartRange& part, std::sp
   std::span<const Half> halves = values.halves;
   std::span<const std::int32_t> exponents = values.exponents;
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    const LeafSize size = size_of(leaves[k], head.channels);
-    const auto of_leaf = halves.first(size.values);
-    const auto scales = exponents.first(size.columns);
+    const auto of_leaf = halves.first(leaves[k].values(head.channels));
+    const auto scales = exponents.first(leaves[k].columns(head.channels));
     if (!halves_ok(of_leaf, scales, leaves[k], head.channels)) return breaks_rules(part.first + k);
     // Only a block with itself has further rules, and few leaves are one.
     if (head.symmetric && leaves[k].row_begin == leaves[k].col_begin &&
         !leaf_values_ok(floats_of(of_leaf, scales, leaves[k], head.channels), leaves[k], head))
       return breaks_rules(part.first + k);
-    halves = halves.subspan(size.values);
-    exponents = exponents.subspan(size.columns);
+    halves = halves.subspan(of_leaf.size());
+    exponents = exponents.subspan(scales.size());
   }
   return {};
 }

@@ -7,7 +7,6 @@
 #include "tensor/read_tensor.hpp"
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,16 +35,17 @@ class LeafReader {
 };
 
 /// The same for a file that stays open: another one that takes its name later is not read.
-class LeafFile final : public PartSource {
+class LeafFile {
  public:
   /// file: opened for this alone. path: for messages.
   LeafFile(h5::Handle file, std::string path, const Head& head)
       : file_(std::move(file)), path_(std::move(path)), reader_(file_.id(), head) {}
   LeafFile(const LeafFile&) = delete;
   LeafFile& operator=(const LeafFile&) = delete;
-  ~LeafFile() override;
+  ~LeafFile();
 
-  Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const override;
+  /// Errors name the file. Several threads may call it.
+  Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const;
 
  private:
   h5::Handle file_;

@@ -31,12 +31,11 @@ SmallParts::~SmallParts() {
 }
 
 bool PartRange::add(const Leaf& leaf, int channels) {
-  const std::size_t of_side = static_cast<std::size_t>(channels) * static_cast<std::size_t>(leaf.rank);
-  const std::size_t more = of_side * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols());
+  const std::size_t more = leaf.values(channels);
   if (last > first && values + more > part_values()) return false;
   ++last;
   values += more;
-  columns += 2 * of_side;
+  columns += leaf.columns(channels);
   return true;
 }
 
@@ -59,11 +58,10 @@ LeafParts::LeafParts(std::span<const Leaf> leaves, std::span<const float> factor
                        factors.subspan(ranges_[part].first_value, ranges_[part].values), shape_);
 }
 
-LeafParts::LeafParts(std::span<const Leaf> leaves, std::shared_ptr<const PartSource> source,
-                     const LowRank::Shape& shape)
-    : shape_(shape), ranges_(parts_of(leaves, shape.channels)), source_(std::move(source)) {}
+LeafParts::LeafParts(std::span<const Leaf> leaves, ReadPart read, const LowRank::Shape& shape)
+    : shape_(shape), ranges_(parts_of(leaves, shape.channels)), read_(std::move(read)) {}
 
-Result<LeafParts> LeafParts::kept(std::span<const Leaf> leaves, const Read& read,
+Result<LeafParts> LeafParts::kept(std::span<const Leaf> leaves, const ReadPart& read,
                                   const LowRank::Shape& shape) {
   LeafParts parts;
   parts.shape_ = shape;
@@ -80,7 +78,7 @@ Result<LeafParts> LeafParts::kept(std::span<const Leaf> leaves, const Read& read
 
 Result<void> LeafParts::read(std::span<const Leaf> leaves, std::size_t part, Place& to) const {
   const auto of_part = leaves_of(leaves, part);
-  SYMRIG_CHECK(source_->read(ranges_[part], of_part, to.values));
+  SYMRIG_CHECK(read_(ranges_[part], of_part, to.values));
   to.part.assign(of_part, to.values, shape_);
   return {};
 }

@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -45,16 +44,10 @@ class SmallParts {
 /// the parts are kept. At least one part, which may have no leaves.
 std::vector<PartRange> parts_of(std::span<const Leaf> leaves, int channels);
 
-/// What reads the parts of a tensor that is not in memory. Several threads may call it.
-class PartSource {
- public:
-  PartSource() = default;
-  PartSource(const PartSource&) = delete;
-  PartSource& operator=(const PartSource&) = delete;
-  virtual ~PartSource() = default;
-  /// leaves: those of the part. to: memory that is used again.  fails: io, bad_format, bad_value.
-  virtual Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const = 0;
-};
+/// Reads the values of a part into memory that is used again. leaves: those of the part. Several threads may
+/// call it.  fails: io, bad_format, bad_value.
+using ReadPart =
+    std::function<Result<void>(const PartRange& part, std::span<const Leaf> leaves, PartValues& to)>;
 
 /// The low-rank leaves. Parts that are not in memory are read each time that they are needed, the next one
 /// while one is used.
@@ -63,21 +56,19 @@ class LeafParts {
   LeafParts() = default;
   /// In memory. factors: as LowRank takes them.
   LeafParts(std::span<const Leaf> leaves, std::span<const float> factors, const LowRank::Shape& shape);
-  /// Read from `source` each time.
-  LeafParts(std::span<const Leaf> leaves, std::shared_ptr<const PartSource> source,
-            const LowRank::Shape& shape);
-  /// Read by `read` now, and kept in memory.  fails: as `read`.
-  using Read =
-      std::function<Result<void>(const PartRange& part, std::span<const Leaf> leaves, PartValues& to)>;
-  static Result<LeafParts> kept(std::span<const Leaf> leaves, const Read& read, const LowRank::Shape& shape);
+  /// Read each time.
+  LeafParts(std::span<const Leaf> leaves, ReadPart read, const LowRank::Shape& shape);
+  /// Read now, and kept in memory.  fails: as `read`.
+  static Result<LeafParts> kept(std::span<const Leaf> leaves, const ReadPart& read,
+                                const LowRank::Shape& shape);
 
   std::size_t size() const { return ranges_.size(); }
-  bool in_memory() const { return source_ == nullptr; }
+  bool in_memory() const { return read_ == nullptr; }
   /// The only part of a tensor in memory that has one; otherwise none.
   const LowRank* only() const { return size() == 1 && in_memory() ? kept_.data() : nullptr; }
 
   /// Calls use(part) for each part in order. Another thread reads the next one meanwhile.
-  /// leaves: the leaves that the parts were made of.  fails: as PartSource::read.
+  /// leaves: the leaves that the parts were made of.  fails: as ReadPart.
   using Use = std::function<void(const LowRank& part)>;
   Result<void> visit(std::span<const Leaf> leaves, const Use& use) const;
   /// Calls use(leaf, factors) for each leaf, factors: as TensorBuilder::add_leaf takes them. The calling
@@ -103,8 +94,8 @@ class LeafParts {
 
   LowRank::Shape shape_{};
   std::vector<PartRange> ranges_;
-  std::vector<LowRank> kept_;                 // all, or none
-  std::shared_ptr<const PartSource> source_;  // of parts that are not kept
+  std::vector<LowRank> kept_;  // all, or none
+  ReadPart read_;              // of parts that are not kept
 };
 
 /// Makes parts of leaves as they come, so that only one part is held as floats. The parts are those of

@@ -60,8 +60,7 @@ Result<void> read_float_leaves(const Source& source, const Head& head, const Tre
   std::span<const float> left = values;
   for (std::size_t k = 0; k < leaves.size(); ++k) {
     const Leaf& leaf = leaves[k];
-    const auto factors = left.first(static_cast<std::size_t>(std::int64_t{head.channels} * leaf.rank *
-                                                             (std::int64_t{leaf.rows()} + leaf.cols())));
+    const auto factors = left.first(leaf.values(head.channels));
     if (!leaf_values_ok(factors, leaf, head)) return breaks_rules(k);
     builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
                      factors);
@@ -81,7 +80,11 @@ Result<void> read_leaves(const Source& source, const Head& head, const Trees& tr
   if (bytes > keep.bytes) {
     h5::Handle file(H5Freopen(source.file.id()), H5Fclose);
     if (!file.ok()) return damaged("cannot be opened a second time");
-    LeafParts parts(leaves, std::make_shared<LeafFile>(std::move(file), keep.path.string(), head), shape);
+    const auto open = std::make_shared<const LeafFile>(std::move(file), keep.path.string(), head);
+    const auto read = [open](const PartRange& part, std::span<const Leaf> of_part, PartValues& to) {
+      return open->read(part, of_part, to);
+    };
+    LeafParts parts(leaves, read, shape);
     builder.take_leaves(std::move(leaves), std::move(parts));
     return {};
   }

@@ -24,8 +24,7 @@ Result<void> TransportTensor::visit_leaves(const UseLeaf& use) const {
   if (!draft_) return store().parts.visit_factors(store().leaves, use);
   std::size_t at = 0;
   for (const Leaf& leaf : draft_->leaves) {
-    const auto size = static_cast<std::size_t>(std::int64_t{channels_} * leaf.rank *
-                                               (std::int64_t{leaf.rows()} + leaf.cols()));
+    const std::size_t size = leaf.values(channels_);
     use(leaf, std::span(draft_->factors).subspan(at, size));
     at += size;
   }

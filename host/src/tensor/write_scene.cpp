@@ -53,21 +53,14 @@ bool write_root(hid_t file, const StoredScene& scene) {
          h5::write_attribute(file, "capture", scene.capture_json);
 }
 
-/// Values and columns of all leaves.
-std::pair<std::size_t, std::size_t> factor_count(const TransportTensor& t) {
-  std::size_t values = 0, columns = 0;
-  for (const Leaf& leaf : t.leaves()) {
-    const auto of_side = static_cast<std::size_t>(std::int64_t{t.channels()} * leaf.rank);
-    values += of_side * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols());
-    columns += 2 * of_side;
-  }
-  return {values, columns};
-}
-
 /// Writes the factors of all leaves, an exponent for each column, as they come. read: whether they could be
 /// read.
 bool write_factors(hid_t group, const TransportTensor& t, Result<void>& read) {
-  const auto [values, columns] = factor_count(t);
+  std::size_t values = 0, columns = 0;
+  for (const Leaf& leaf : t.leaves()) {
+    values += leaf.values(t.channels());
+    columns += leaf.columns(t.channels());
+  }
   h5::NewRun<Half> factors(group, "factors", values);
   h5::NewRun<std::int32_t> exponents(group, "exponents", columns);
   bool ok = factors.ok() && exponents.ok();

@@ -33,6 +33,14 @@ struct Leaf {
 
   std::int32_t rows() const { return row_end - row_begin; }
   std::int32_t cols() const { return col_end - col_begin; }
+  /// Factor columns of all channels, A and B.
+  std::size_t columns(int channels) const {
+    return 2 * static_cast<std::size_t>(std::int64_t{channels} * rank);
+  }
+  /// Their values.
+  std::size_t values(int channels) const {
+    return columns(channels) / 2 * static_cast<std::size_t>(std::int64_t{rows()} + cols());
+  }
 };
 
 /// An *empty* leaf: two blocks of a level without light above the noise between them. It is stored so that
