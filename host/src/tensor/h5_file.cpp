@@ -3,6 +3,7 @@
 
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/fd.hpp"
+#include "tensor/h5_output.hpp"
 
 #include <cerrno>
 #include <cstring>
@@ -16,35 +17,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kGrowBy = std::size_t{1} << 16;
-
-Error cannot_be_written(const fs::path& path) {
-  return {ErrorCode::io, path.string() + ": cannot be written (" + std::strerror(errno) + ")",
+Error cannot_be_written(const fs::path& path, int cause) {
+  return {ErrorCode::io, path.string() + ": cannot be written (" + std::strerror(cause) + ")",
           "check the folder, its permissions and the free space"};
 }
 
-/// The file is built in memory and written when it is closed: otherwise a full disk would end the process
-/// inside the library. Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
-Handle file_access() {
-  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-  H5Pset_fapl_core(access.id(), kGrowBy, true);
-  return access;
-}
-
-bool sync_file(const fs::path& path) {
+/// Returns 0, or the errno of what failed.
+int sync_file(const fs::path& path) {
   Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file) return false;
-  const bool ok = ::fsync(file.get()) == 0;
-  return file.close() && ok;
+  const bool synced = file && ::fsync(file.get()) == 0;
+  return synced && file.close() ? 0 : errno;
 }
 
-/// Writes a complete file and syncs it to the disk.
-bool write_new(const fs::path& path, const std::function<bool(hid_t file)>& fill) {
-  const Handle access = file_access();
-  Handle file(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
-  const bool written = file.ok() && fill(file.id());
-  return file.close() && written && sync_file(path);
+/// Writes a complete file and syncs it to the disk. Returns 0, or the errno of what failed.
+int write_new(const fs::path& path, const std::function<bool(hid_t file)>& fill) {
+  Output output;
+  Handle file = create_file(path, output);
+  const bool filled = file.ok() && fill(file.id());
+  const bool closed = file.close();
+  if (output.cause != 0) return output.cause;
+  return filled && closed ? sync_file(path) : EIO;
 }
 
 Result<void> readable(const fs::path& path, const FileWords& words) {
@@ -92,8 +84,9 @@ Result<void> write_file(const fs::path& path, const std::function<bool(hid_t fil
   be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);
+  const int cause = write_new(temporary, fill);
   Result<void> done =
-      write_new(temporary, fill) ? replace_file(temporary, target) : Result<void>(cannot_be_written(path));
+      cause == 0 ? replace_file(temporary, target) : Result<void>(cannot_be_written(path, cause));
   // With a full disk, a part of the file may remain, even if HDF5 could not begin.
   std::error_code ignored;
   if (!done) fs::remove(temporary, ignored);

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a kill, a loss of power and a full disk leave of a log.
+#include "full_disk.hpp"
 #include "log_file.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-
-#include <csignal>
-
-#include <sys/resource.h>
 
 namespace symrig::broken_log_test {
 namespace {
@@ -52,26 +49,6 @@ TEST_F(BrokenLog, changed_at_any_byte_it_holds_the_runs_before_or_says_so) {
   }
 }
 
-/// While it lives, no file of this process may grow beyond `bytes`: what a full disk does.
-class FullDisk {
- public:
-  explicit FullDisk(std::uint64_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  FullDisk(const FullDisk&) = delete;
-  FullDisk& operator=(const FullDisk&) = delete;
-  ~FullDisk() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    static_cast<void>(std::signal(SIGXFSZ, handler_));
-  }
-
- private:
-  rlimit before_{};
-  void (*handler_)(int);
-};
-
 TEST_F(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
   const auto ends = write_three_runs();
   const auto whole = bytes();
@@ -81,7 +58,7 @@ TEST_F(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
     auto log = open_photograph_log(path(), identity_);
     ASSERT_TRUE(log.ok());
     {
-      const FullDisk full(room);
+      const test::FullDisk full(room);
       const std::vector<Pattern> patterns{entries_[3].pattern, entries_[4].pattern};
       const std::vector<Radiance> photographs{entries_[3].photograph, entries_[4].photograph};
       const auto failed = (*log)->append_run(patterns, photographs, {});
@@ -96,7 +73,7 @@ TEST_F(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
 }
 
 TEST_F(BrokenLog, no_room_for_the_head_leaves_no_file) {
-  const FullDisk full(10);
+  const test::FullDisk full(10);
   EXPECT_EQ(create_photograph_log(path(), identity_).error().code, ErrorCode::io);
   EXPECT_FALSE(fs::exists(path()));
 }

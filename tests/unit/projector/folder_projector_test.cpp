@@ -3,17 +3,16 @@
 
 #include "assert_ok.hpp"
 #include "board/firmware_files/sha256.hpp"
+#include "full_disk.hpp"
 #include "projector_laws.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/image/file.hpp"
 
-#include <csignal>
 #include <cstdlib>
 #include <fstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
-#include <sys/resource.h>
 
 namespace symrig::test::folder_projector_test {
 namespace {
@@ -129,7 +128,6 @@ TEST_F(Folder, bad_patterns_leave_the_folder_as_it_was) {
   EXPECT_EQ(manifest()["patterns"].size(), 2U);
 }
 
-/// A limit on the size of files stands for a full disk: the kernel refuses the write in the same place.
 TEST_F(Folder, a_disk_that_takes_no_more_leaves_no_half_set) {
   options.screen = {300, 300};
   const auto projector = open();
@@ -137,14 +135,10 @@ TEST_F(Folder, a_disk_that_takes_no_more_leaves_no_half_set) {
   for (std::size_t i = 0; i < patterns[1].values().size(); ++i)  // noise does not compress
     patterns[1].values()[i] = static_cast<float>((i * 2'654'435'761U >> 8U) % 256U) / 255.F;
   ASSERT_OK(projector->load({patterns.data(), 1}));
-  rlimit before{};
-  getrlimit(RLIMIT_FSIZE, &before);
-  const rlimit small{2048, before.rlim_max};
-  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
-  setrlimit(RLIMIT_FSIZE, &small);
-  const auto loaded = projector->load(patterns);
-  setrlimit(RLIMIT_FSIZE, &before);
-  ASSERT_NE(std::signal(SIGXFSZ, handler), SIG_ERR);
+  const auto loaded = [&] {
+    const test::FullDisk full(2048);
+    return projector->load(patterns);
+  }();
   ASSERT_FALSE(loaded.ok());
   EXPECT_EQ(loaded.error().code, ErrorCode::io);
   EXPECT_NE(loaded.error().what.find("pattern-00001.png"), std::string::npos) << loaded.error().what;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "full_disk.hpp"
 #include "symrig/tensor/file.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
@@ -169,6 +170,29 @@ TEST_F(SceneFile, a_failed_write_leaves_the_old_file) {
   EXPECT_EQ(save_scene(path("taken.h5"), example()).error().code, ErrorCode::io);
   EXPECT_EQ(bytes_of(path("scene.h5")), before);
   EXPECT_EQ(files(), 2U);
+}
+
+TEST_F(SceneFile, a_disk_that_is_full_anywhere_in_the_file_leaves_the_old_one) {
+  const StoredScene scene = example();
+  ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
+  const std::string before = bytes_of(path("scene.h5"));
+  const std::size_t step = before.size() / 97;
+  ASSERT_GT(step, 0U);
+  for (std::size_t room = 0; room < before.size(); room += step) {
+    const auto failed = [&] {
+      const test::FullDisk full(room);
+      return save_scene(path("scene.h5"), scene);
+    }();
+    ASSERT_FALSE(failed.ok()) << room;
+    EXPECT_EQ(failed.error().code, ErrorCode::io) << room;
+    EXPECT_NE(failed.error().what.find("File too large"), std::string::npos) << failed.error().what;
+    EXPECT_EQ(bytes_of(path("scene.h5")), before) << room;
+    EXPECT_EQ(files(), 1U) << room;
+  }
+  ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
+  const auto again = load_scene(path("scene.h5"));
+  ASSERT_TRUE(again.ok());
+  expect_same(scene, *again);
 }
 
 }  // namespace

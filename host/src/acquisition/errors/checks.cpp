@@ -105,15 +105,16 @@ Result<void> Checks::take_further(std::int64_t sets, const BlockTree& tree, Phot
     for (const auto& lit : random_pixels(tree.grid(), kSeed + 1 + set))
       patterns.push_back(ranges_of(tree, lit));
   SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
-    for (const TreePhotograph& photograph : taken) further_.push_back({photograph, {}});
+    further_.insert(further_.end(), taken.begin(), taken.end());
   }));
   further_ranges_.push_back({first, photographer.taken()});
   return {};
 }
 
-std::vector<Checks::Residual> Checks::all() const {
-  std::vector<Residual> all = residuals_;
-  all.insert(all.end(), further_.begin(), further_.end());
+std::vector<const TreePhotograph*> Checks::all() const {
+  std::vector<const TreePhotograph*> all;
+  for (const Residual& one : residuals_) all.push_back(&one.photograph);
+  for (const TreePhotograph& one : further_) all.push_back(&one);
   return all;
 }
 
@@ -221,7 +222,7 @@ std::vector<HeldOut> Checks::held_out(const BlockTree& tree) const {
         {kNames[k], raster(residuals_[k].photograph.pattern), raster(residuals_[k].photograph.mean)});
   for (std::size_t k = 0; k < further_.size(); ++k)
     photographs.push_back({std::string(kNames[k % kFurther]) + ", set " + std::to_string(2 + k / kFurther),
-                           raster(further_[k].photograph.pattern), raster(further_[k].photograph.mean)});
+                           raster(further_[k].pattern), raster(further_[k].mean)});
   return photographs;
 }
 

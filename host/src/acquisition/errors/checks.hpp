@@ -38,8 +38,8 @@ class Checks {
   const std::vector<Residual>& residuals(const KnownTransport& known);
   /// The photographs; what is left of them is of the last residuals().
   const std::vector<Residual>& photographs() const { return residuals_; }
-  /// All photographs, those of further sets last; only Residual::photograph counts.
-  std::vector<Residual> all() const;
+  /// All photographs, those of further sets last. Valid until the next set is taken.
+  std::vector<const TreePhotograph*> all() const;
   /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
   /// residuals().
   void forget() { rewritten_ = -1; }
@@ -72,7 +72,7 @@ class Checks {
   std::int64_t first_ = 0;  // log number
   double seconds_each_ = 0;
   std::vector<Residual> residuals_;
-  std::vector<Residual> further_;
+  std::vector<TreePhotograph> further_;
   std::vector<LogRange> further_ranges_;
   KnownTransport::Mark mark_;    // what residuals_ has been rid of
   std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstddef>
-#include <vector>
 
 namespace symrig::acquisition {
 
@@ -41,7 +41,7 @@ class EnergySums {
   double scatter(const BlockTree& tree, double ratio) const;
 
  private:
-  std::vector<double> error_at_, signal_at_;
+  PagedVector<double> error_at_, signal_at_;
   double error_noise_ = 0, signal_noise_ = 0, resolution_ = 0, added_ = 0, doubt_ = 0;
   std::size_t samples_ = 0;
 };

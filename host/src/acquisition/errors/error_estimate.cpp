@@ -23,21 +23,27 @@ constexpr double kLeastScatter = 0.1;
 /// Sums of 32-bit numbers, and of signals that another sum has rounded.
 constexpr double kRounding = 1e-3;
 
-using Residuals = std::vector<Checks::Residual>;
+/// A photograph, and what is left of it.
+struct Residual {
+  const TreePhotograph& photograph;
+  std::span<const float> left;  ///< [channel][pixel]
+};
+using Residuals = std::vector<Residual>;
 
-/// The photographs with what the tensor leaves of them. Unlike the search's own residuals these know how the
-/// finished tensor is rounded.
-Residuals left_by(const TransportTensor& tensor, std::span<const Checks::Residual> from) {
-  Residuals all(from.begin(), from.end());
-  const std::size_t pixels = all[0].photograph.pattern.size();
-  for (Checks::Residual& one : all) {
-    one.residual = one.photograph.mean;
+/// What the tensor leaves of each photograph. Unlike the search's own residuals these know how the finished
+/// tensor is rounded.
+std::vector<PagedVector<float>> left_by(const TransportTensor& tensor,
+                                        std::span<const TreePhotograph* const> photographs) {
+  std::vector<PagedVector<float>> all;
+  for (const TreePhotograph* const one : photographs) {
+    PagedVector<float>& left = all.emplace_back(one->mean);
+    const std::size_t pixels = one->pattern.size();
     std::vector<float> model(pixels);
     for (int channel = 0; channel < tensor.channels(); ++channel) {
       std::fill(model.begin(), model.end(), 0.F);
-      tensor.apply_tree(one.photograph.pattern, model, channel, false);
+      tensor.apply_tree(one->pattern, model, channel, false);
       const std::size_t first = static_cast<std::size_t>(channel) * pixels;
-      for (std::size_t t = 0; t < pixels; ++t) one.residual[first + t] -= model[t];
+      for (std::size_t t = 0; t < pixels; ++t) left[first + t] -= model[t];
     }
   }
   return all;
@@ -65,7 +71,7 @@ EnergySums sums_of(const Residuals& all, const GainError& gain, const std::vecto
         continue;
       double e = 0, y = 0, variance = 0;
       for (const auto& [photograph, weight] : sum.of) {
-        e += weight * static_cast<double>(all[photograph].residual[at]);
+        e += weight * static_cast<double>(all[photograph].left[at]);
         y += weight * static_cast<double>(all[photograph].photograph.mean[at]);
         variance += weight * weight * static_cast<double>(all[photograph].photograph.variance[at]);
       }
@@ -155,24 +161,27 @@ double lit_share(const Residuals& all, const std::vector<RandomSet>& sets) {
 /// the tensor's own light if it were shown many times.
 double mean_sparse_energy(const TransportTensor& tensor, double lit) {
   constexpr int kProbes = 48;
+  constexpr int kTogether = 16;  // what one pass over the tensor applies
   constexpr std::uint64_t kSampleSeed = 0x5EA4C;
   const std::size_t pixels = tensor.camera_grid().size();
   Random random(kSampleSeed);
-  std::vector<Image<float>> probes(kProbes, Image<float>(tensor.camera_grid()));
-  for (Image<float>& z : probes)
-    for (float& v : z.values()) {
-      const float sign = random.sign();
-      v = random.uniform() < lit ? sign : 0.F;
-    }
-  const auto seen = tensor.apply_batch(probes);
-  if (!seen) return 0;
+  std::vector<Image<float>> probes(kTogether, Image<float>(tensor.camera_grid()));
   double energy = 0;
-  for (std::size_t k = 0; k < probes.size(); ++k)
-    for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
-      if (probes[k].values()[at % pixels] != 0) continue;
-      const double y = (*seen)[k].values()[at];
-      energy += y * y;
-    }
+  for (int taken = 0; taken < kProbes; taken += kTogether) {
+    for (Image<float>& z : probes)
+      for (float& v : z.values()) {
+        const float sign = random.sign();
+        v = random.uniform() < lit ? sign : 0.F;
+      }
+    const auto seen = tensor.apply_batch(probes);
+    if (!seen) return 0;
+    for (std::size_t k = 0; k < probes.size(); ++k)
+      for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
+        if (probes[k].values()[at % pixels] != 0) continue;
+        const double y = (*seen)[k].values()[at];
+        energy += y * y;
+      }
+  }
   return energy / kProbes;
 }
 
@@ -337,8 +346,7 @@ Bar of_pictures(Bar cut, double flood, Grid grid) {
 }
 
 /// One-sided light by a pair of photographs. sparse: pixels that are lit themselves are not looked at.
-OneSided one_sided_light(const TransportTensor& tensor, const Checks::Residual& a, const Checks::Residual& b,
-                         bool sparse) {
+OneSided one_sided_light(const TransportTensor& tensor, const Residual& a, const Residual& b, bool sparse) {
   const BlockTree& tree = tensor.camera_tree();
   const std::size_t pixels = a.photograph.pattern.size();
   std::vector<float> z(pixels), left(pixels);
@@ -350,7 +358,7 @@ OneSided one_sided_light(const TransportTensor& tensor, const Checks::Residual& 
     const std::size_t first = static_cast<std::size_t>(channel) * pixels;
     for (std::size_t t = 0; t < pixels; ++t) {
       const bool valid = a.photograph.valid[first + t] != 0 && b.photograph.valid[first + t] != 0;
-      left[t] = valid && !(sparse && z[t] != 0) ? a.residual[first + t] - b.residual[first + t] : 0;
+      left[t] = valid && !(sparse && z[t] != 0) ? a.left[first + t] - b.left[first + t] : 0;
     }
     tree.to_raster(left, residual.plane(0));
     const OneSided one = one_sided(residual, signs);
@@ -389,19 +397,23 @@ class Table {
 
 ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual> residuals,
                          std::span<const TreePhotograph> left) {
-  Residuals all(residuals.begin(), residuals.begin() + 2);
-  for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf}) all[k].residual = left[k].mean;
+  Residuals all;
+  for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf})
+    all.push_back({residuals[k].photograph, left[k].mean});
   const Bar bar = of_patterns(sums_of(all, GainError(), signed_halves_of(sets_of(all))), tree, 1, 1);
   return given(bar) ? bar : Bar{};
 }
 
-ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+ErrorEstimate estimate_errors(const TransportTensor& tensor,
+                              std::span<const TreePhotograph* const> photographs,
                               const GainMismatch& mismatch, double noise_ratio) {
   constexpr double kOneSidedSigmas = 5;
   constexpr double kOneSidedShare = 0.1;  // of the squared error between pixels
-  const Residuals all = left_by(tensor, residuals);
+  const std::vector<PagedVector<float>> left = left_by(tensor, photographs);
+  Residuals all;
+  for (std::size_t k = 0; k < left.size(); ++k) all.push_back({*photographs[k], left[k]});
   const BlockTree& tree = tensor.camera_tree();
-  const GainError gain(tensor, all, mismatch);
+  const GainError gain(tensor, photographs, mismatch);
   const std::vector<RandomSet> sets = sets_of(all);
   const EnergySums halves = sums_of(all, gain, signed_halves_of(sets));
   const EnergySums flood = sums_of(all, gain, {flood_of(sets)});

@@ -11,10 +11,11 @@
 namespace symrig::acquisition {
 
 /// The errors of a finished tensor by check photographs that it was not made from, each with its own error
-/// (docs/decisions/error-estimates.md). residuals: Checks::all(); only their photographs are read.
+/// (docs/decisions/error-estimates.md). photographs: Checks::all().
 /// mismatch: of the gains; the errors contain it. noise_ratio: true over stated variance, as far as it is
 /// known to differ from 1.
-ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+ErrorEstimate estimate_errors(const TransportTensor& tensor,
+                              std::span<const TreePhotograph* const> photographs,
                               const GainMismatch& mismatch, double noise_ratio = 1);
 
 /// The frobenius error alone, by what is left of the two halves (Checks::halves) of residuals' photographs.

@@ -34,18 +34,18 @@ std::vector<float> times(std::span<const float> pattern, std::span<const double>
 
 }  // namespace
 
-GainError::GainError(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+GainError::GainError(const TransportTensor& tensor, std::span<const TreePhotograph* const> photographs,
                      const GainMismatch& mismatch) {
   if (!mismatch.found) return;
   doubt_ = 2 * mismatch.sigma / mismatch.rms;
   const std::vector<double> gain = gain_of(tensor.camera_tree(), mismatch.shape);
-  for (const Checks::Residual& one : residuals) {
+  for (const TreePhotograph* const one : photographs) {
     Seen& seen = seen_.emplace_back();
     for (int channel = 0; channel < tensor.channels(); ++channel) {
-      const auto here = times(applied(tensor, one.photograph.pattern, channel), gain);
-      const auto there = applied(tensor, times(one.photograph.pattern, gain), channel);
-      seen.here.insert(seen.here.end(), here.begin(), here.end());
-      seen.there.insert(seen.there.end(), there.begin(), there.end());
+      const auto here = times(applied(tensor, one->pattern, channel), gain);
+      const auto there = applied(tensor, times(one->pattern, gain), channel);
+      seen.here.append(here.begin(), here.end());
+      seen.there.append(there.begin(), there.end());
     }
   }
 }

@@ -23,9 +23,9 @@ class GainError {
  public:
   /// No mismatch is known.
   GainError() = default;
-  /// residuals: what the finished tensor leaves of its check photographs. mismatch: found or not.
+  /// photographs: Checks::all(). mismatch: found or not.
   /// cost: two applies for each photograph and channel, if it was found.
-  GainError(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+  GainError(const TransportTensor& tensor, std::span<const TreePhotograph* const> photographs,
             const GainMismatch& mismatch);
 
   /// Of a sum of photographs: how much the square of the error exceeds that of the residual at a sample,
@@ -36,7 +36,7 @@ class GainError {
 
  private:
   struct Seen {
-    std::vector<float> here, there;  ///< ε ∘ T̃p and T̃(ε ∘ p), [channel][pixel]
+    PagedVector<float> here, there;  ///< ε ∘ T̃p and T̃(ε ∘ p), [channel][pixel]
   };
   std::vector<Seen> seen_;  // empty: no mismatch
   double doubt_ = 0;
