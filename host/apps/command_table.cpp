@@ -40,8 +40,12 @@ std::vector<std::string_view> command_names(std::span<const Command> of) {
 
 const Program& symrig_program() {
   static const Program program{"symrig",
+                               "measures how a real scene transports light, and relights it",
                                "symrig measures how a real scene transports light, and lets you relight it.",
-                               kExample, kCommands, catch_interrupts};
+                               kExample,
+                               kCommands,
+                               catch_interrupts,
+                               true};
   return program;
 }
 

@@ -12,10 +12,12 @@ namespace symrig::apps {
 /// A program with commands.
 struct Program {
   std::string name;         ///< "symrig"
+  const char* about;        ///< what it does, after its name in the manual page
   const char* description;  ///< of the help
   const char* footer;       ///< of the help
   std::span<const Command> commands;
   void (*prepare)();  ///< called before a job: what signals do
+  bool boards;        ///< some of its commands talk to boards
 };
 
 /// `symrig`.

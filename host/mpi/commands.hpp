@@ -2,6 +2,7 @@
 #pragma once
 
 #include "opened_scene.hpp"
+#include "program.hpp"
 
 namespace symrig::mpi {
 
@@ -9,7 +10,10 @@ namespace symrig::mpi {
 /// holds its share).
 Result<apps::OpenedScene> open_dealt(const std::string& path, const LoadOptions& options);
 
-/// The commands of `symrig-mpi`.
+/// `symrig-mpi`. prepare: called before a job.
+apps::Program mpi_program(void (*prepare)());
+
+/// Its commands.
 apps::Job add_relight(CLI::App& command);
 apps::Job add_evaluate(CLI::App& command);
 apps::Job add_solve(CLI::App& command);

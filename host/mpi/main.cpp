@@ -7,7 +7,6 @@
 #include "ranks.hpp"
 #include "symrig/base/standard_streams.hpp"
 
-#include <array>
 #include <csignal>
 #include <exception>
 #include <string>
@@ -17,24 +16,6 @@
 
 namespace symrig::mpi {
 namespace {
-
-constexpr apps::Command kCommands[] = {
-    {"relight", "Compute the photograph of the scene under any light, or under many", add_relight},
-    {"evaluate", "Compute the errors of a tensor against the true transport, or against held-out photographs",
-     add_evaluate},
-    {"solve", "Find the light that makes the scene look as wanted", add_solve},
-};
-
-constexpr const char* kFooter =
-    "Example:\n"
-    "  mpirun -n 2 symrig-mpi relight scene.h5 --lights walk.y4m -o pictures.y4m\n"
-    "  mpirun symrig-mpi solve scene.h5 --wanted look.exr -o light.exr\n"
-    "\n"
-    "Each process reads and applies its share of the scene. Results differ from those of one process only "
-    "by rounding.\n"
-    "docs/howto-machines.md says how to use several machines.\n"
-    "\n"
-    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.";
 
 /// What on_stop() writes; a signal handler may not make a text.
 std::string& stop_line() {
@@ -66,10 +47,7 @@ int run_job(const Ranks& ranks, int argc, char** argv) {
     end_on_stop();
     return help(ranks);
   }
-  const apps::Program program{"symrig-mpi",
-                              "symrig-mpi works on scenes that are dealt over several processes.", kFooter,
-                              kCommands, end_on_stop};
-  const int code = apps::run_program(program, argc, argv);
+  const int code = apps::run_program(mpi_program(end_on_stop), argc, argv);
   release(ranks, code);
   return code;
 }

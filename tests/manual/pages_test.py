@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every command has a manual page with its options, as the help has them; man prints each page without a warning.
 
-usage: pages_test.py SYMRIG MANUAL
+usage: pages_test.py PROGRAM MANUAL
 """
 
 import pathlib
@@ -27,15 +27,16 @@ def warnings(page):
 
 
 def main():
-    symrig, manual = sys.argv[1], pathlib.Path(sys.argv[2]) / "man1"
+    path, manual = sys.argv[1], pathlib.Path(sys.argv[2]) / "man1"
+    program = pathlib.Path(path).name
     faults = []
-    known = help_lists.all_options(symrig)
-    names = {"symrig" + (f"-{command}" if command else "") for command in known}
+    known = help_lists.all_options(path, fewest=20 if program == "symrig" else 3)
+    names = {program + (f"-{command}" if command else "") for command in known}
     pages = {path.stem for path in manual.glob("*.1")}
     if names != pages:
         faults.append(f"commands and pages differ by {sorted(names ^ pages)}")
     for command, options in known.items():
-        page = manual / ("symrig" + (f"-{command}" if command else "") + ".1")
+        page = manual / (program + (f"-{command}" if command else "") + ".1")
         text = page.read_text(encoding="utf-8")
         if option_rows(text) != options:
             faults.append(f"{page.name}: options differ from the help by {sorted(option_rows(text) ^ options)}")
@@ -43,10 +44,11 @@ def main():
             faults.append(f"{page.name}: no exit status or no example")
         if shutil.which("man") and warnings(page):
             faults.append(f"{page.name}: {warnings(page)}")
-    overview = (manual / "symrig.1").read_text(encoding="utf-8")
-    faults += [f"symrig.1: no command {command}" for command in known if command and f"\\fBsymrig\\-{command}\\fR(1)\n" not in overview]
-    capture = (manual / "symrig-capture.1").read_text(encoding="utf-8").replace("\\-", "-")
-    faults += [f"symrig-capture.1: no scene {scene}" for scene in command_help.scenes(symrig) if f"\\fB{scene}\\fR" not in capture]
+    overview = (manual / f"{program}.1").read_text(encoding="utf-8").replace("\\-", "-")
+    faults += [f"{program}.1: no command {command}" for command in known if command and f"\\fB{program}-{command}\\fR(1)\n" not in overview]
+    if "capture" in known:
+        capture = (manual / f"{program}-capture.1").read_text(encoding="utf-8").replace("\\-", "-")
+        faults += [f"{program}-capture.1: no scene {scene}" for scene in command_help.scenes(path) if f"\\fB{scene}\\fR" not in capture]
     help_lists.finish(faults)
 
 

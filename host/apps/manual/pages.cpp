@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "manual/pages.hpp"
 
-#include "command_table.hpp"
 #include "manual/argument.hpp"
 #include "manual/roff.hpp"
 
@@ -57,9 +56,13 @@ std::string option_rows(const std::vector<Argument>& arguments) {
   return text;
 }
 
-constexpr const char* kEnvironment =
-    ".SH ENVIRONMENT\n"
-    ".TP\n\\fBSYMRIG_DEVICE\\fR\nThe board of commands that have no \\fB\\-\\-device\\fR.\n"
+std::string page_of(const Program& program, std::string_view command) {
+  return bold(fmt::format("{}-{}", program.name, command));
+}
+
+constexpr const char* kBoardVariable =
+    ".TP\n\\fBSYMRIG_DEVICE\\fR\nThe board of commands that have no \\fB\\-\\-device\\fR.\n";
+constexpr const char* kColourVariable =
     ".TP\n\\fBNO_COLOR\\fR\nIf it is set and not empty, terminals get no colours.\n";
 
 constexpr const char* kDocuments =
@@ -68,28 +71,29 @@ constexpr const char* kDocuments =
 
 }  // namespace
 
-std::string program_page(const CLI::App& app, const std::string& version) {
-  std::string text = head("symrig", version, "measures how a real scene transports light, and relights it");
-  text += ".SH SYNOPSIS\n\\fBsymrig\\fR \\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n.SH DESCRIPTION\n" +
+std::string program_page(const Program& program, const CLI::App& app, const std::string& version) {
+  std::string text = head(program.name, version, program.about);
+  text += ".SH SYNOPSIS\n" + bold(program.name) + " \\fICOMMAND\\fR [\\fIOPTIONS\\fR]\n.SH DESCRIPTION\n" +
           roff(app.get_description()) + "\nEach command has its own page.\n.SH COMMANDS\n";
-  for (const Command& command : commands())
-    text +=
-        fmt::format(".TP\n{}(1)\n{}.\n", bold("symrig-" + std::string(command.name)), roff(command.about));
-  text += option_rows(arguments_of(app)) + kEnvironment + footer_sections(app.get_footer());
+  for (const Command& command : program.commands)
+    text += fmt::format(".TP\n{}(1)\n{}.\n", page_of(program, command.name), roff(command.about));
+  text += option_rows(arguments_of(app)) + ".SH ENVIRONMENT\n" + (program.boards ? kBoardVariable : "") +
+          kColourVariable + footer_sections(app.get_footer());
   text += ".SH \"SEE ALSO\"\n";
-  for (const Command& command : commands())
-    text += fmt::format("{}(1),\n", bold("symrig-" + std::string(command.name)));
-  return text + "\\fBsymrigd\\fR(8)\n.PP\n" + kDocuments;
+  for (const Command& command : program.commands)
+    text += fmt::format("{}(1),\n", page_of(program, command.name));
+  return text + (program.boards ? "\\fBsymrigd\\fR(8)" : "\\fBsymrig\\fR(1)") + "\n.PP\n" + kDocuments;
 }
 
-std::string command_page(const CLI::App& command, const std::string& version) {
+std::string command_page(const Program& program, const CLI::App& command, const std::string& version) {
   const std::string& name = command.get_name();
   const std::vector<Argument> arguments = arguments_of(command);
   std::string about = command.get_description();
   about.front() = static_cast<char>(std::tolower(static_cast<unsigned char>(about.front())));
-  return head("symrig-" + name, version, about) + synopsis("symrig " + name, arguments) +
+  return head(program.name + "-" + name, version, about) + synopsis(program.name + " " + name, arguments) +
          ".SH DESCRIPTION\n" + roff(command.get_description()) + ".\n" + option_rows(arguments) +
-         footer_sections(command.get_footer()) + ".SH \"SEE ALSO\"\n\\fBsymrig\\fR(1)\n.PP\n" + kDocuments;
+         footer_sections(command.get_footer()) + ".SH \"SEE ALSO\"\n" + bold(program.name) + "(1)\n.PP\n" +
+         kDocuments;
 }
 
 }  // namespace symrig::apps

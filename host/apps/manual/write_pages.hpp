@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "program.hpp"
+#include "symrig/base/result.hpp"
+
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+namespace symrig::apps {
+
+/// Writes FOLDER/man1/PROGRAM.1 and FOLDER/man1/PROGRAM-COMMAND.1. app: as declare() left it.
+/// fails: io.
+Result<void> write_pages(const std::filesystem::path& folder, const Program& program, const CLI::App& app);
+
+/// main() of a generator: write(argv[1]) makes the files. Returns the exit code.
+int make_manual(int argc, char** argv, Result<void> (*write)(const std::filesystem::path& folder));
+
+}  // namespace symrig::apps
