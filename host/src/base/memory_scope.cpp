@@ -12,36 +12,6 @@
 #include <sys/mman.h>
 
 namespace symrig {
-namespace base {
-
-ScratchFiles& scratch_files() {
-  static auto* const all = new ScratchFiles;  // paged memory may outlive every other static object
-  return *all;
-}
-
-std::optional<std::filesystem::path> ScratchFiles::folder_for(std::size_t more) {
-  const std::scoped_lock lock(mutex);
-  if (!budget) return std::nullopt;
-  const std::int64_t most = std::max<std::int64_t>(budget->bytes - budget->unpaged, 0) / 4 * 3;
-  if (in_memory + static_cast<std::int64_t>(more) <= most) return std::nullopt;
-  return budget->folder;
-}
-
-void ScratchFiles::enlist(void* data, std::size_t bytes) {
-  const std::scoped_lock lock(mutex);
-  mapped[data] = bytes;
-  in_files += static_cast<std::int64_t>(bytes);
-  changed.notify_all();
-}
-
-void ScratchFiles::strike(void* data) {
-  const std::scoped_lock lock(mutex);
-  const auto found = mapped.find(data);
-  in_files -= static_cast<std::int64_t>(found->second);
-  mapped.erase(found);
-}
-
-}  // namespace base
 
 /// Gives pages of scratch files back when the process occupies too much. It sleeps while there are none.
 class MemoryScope::Watch {
@@ -107,6 +77,7 @@ MemoryScope::~MemoryScope() {
   if (!watch_) return;
   watch_.reset();
   base::ScratchFiles& files = base::scratch_files();
+  files.drop_spares();
   const std::scoped_lock lock(files.mutex);
   files.budget.reset();
 }

@@ -127,7 +127,7 @@ void LeafPacking::add(const Leaf& leaf, std::span<const float> factors) {
     range_.add(leaf, parts_.shape_.channels);
   }
   leaves_.push_back(leaf);
-  factors_.insert(factors_.end(), factors.begin(), factors.end());
+  factors_.append(factors.begin(), factors.end());
 }
 
 void LeafPacking::pack() {

@@ -2,6 +2,7 @@
 // The low-rank leaves of a tensor in parts, in memory or in their file.
 #pragma once
 
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 #include "tensor/low_rank.hpp"
@@ -113,7 +114,7 @@ class LeafPacking {
   LeafParts parts_;
   PartRange range_;
   std::vector<Leaf> leaves_;  // of the part that is being filled
-  std::vector<float> factors_;
+  PagedVector<float> factors_;
 };
 
 }  // namespace symrig::tensor

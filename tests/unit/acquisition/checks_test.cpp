@@ -207,7 +207,7 @@ TEST(Checks, held_out_photographs_are_those_that_were_shown) {
   probe.watch = [&](const Pattern& p) { shown.push_back(p); };
   Workbench bench(probe);
   const auto checks = Checks::take(bench.tree, bench.photographer);
-  const auto held = checks->held_out(bench.tree);
+  const auto held = *checks->held_out(bench.tree, bench.photographer);
   ASSERT_EQ(held.size(), shown.size());
   for (std::size_t k = 0; k < shown.size(); ++k) {
     EXPECT_EQ(held[k].pattern, shown[k]);

@@ -60,7 +60,7 @@ TEST(FurtherChecks, are_sets_of_other_random_pixels_with_their_own_numbers) {
     for (std::size_t i = 0; i < kPixels; ++i) alike += shown[a].values()[i] == shown[b].values()[i] ? 1 : 0;
     EXPECT_NEAR(alike, kPixels / 2.0, 5 * std::sqrt(kPixels / 4.0));
   }
-  const auto held = checks->held_out(bench.tree);
+  const auto held = *checks->held_out(bench.tree, bench.photographer);
   ASSERT_EQ(held.size(), 14U);
   for (std::size_t k = 6; k < held.size(); ++k) EXPECT_EQ(held[k].pattern, shown[k + 1]);
   EXPECT_EQ(held[6].name, "random half, set 2");
@@ -87,7 +87,11 @@ double squared_ratio(const DenseTransport& scene, int sets, std::uint64_t seed) 
   auto checks = Checks::take(bench.tree, bench.photographer);
   EXPECT_TRUE(checks->take_further(sets - 1, bench.tree, bench.photographer).ok());
   const TransportTensor tensor = bench.known.tensor();
-  const double estimated = estimate_errors(tensor, checks->all(), {}).value.frobenius;
+  const GainMismatch no_mismatch;
+  acquisition::CheckSums sums(tensor, no_mismatch, checks->sets());
+  EXPECT_TRUE(checks->visit_sets(bench.photographer, [&](auto set) { sums.add(set); }).ok());
+  sums.finish();
+  const double estimated = estimate_errors(sums).value.frobenius;
   return estimated * estimated / (wrong / all);
 }
 

@@ -115,6 +115,23 @@ TEST(MemoryScope, ends_with_its_files) {
   EXPECT_EQ(MemoryScope::scratch_bytes(), 0);
 }
 
+// A file that is no longer needed serves the next vector. Whatever it held, new values are 0.
+TEST(MemoryScope, files_are_used_again) {
+  const MemoryScope scope({std::int64_t{64} << 20, std::int64_t{64} << 20, fs::temp_directory_path()});
+  const int* before = nullptr;
+  {
+    const PagedVector<int> one(kMany, 4);
+    before = one.data();
+  }
+  EXPECT_EQ(MemoryScope::scratch_bytes(), 0);
+  const PagedVector<int> smaller(kMany - 1000);
+  EXPECT_EQ(smaller.data(), before);
+  EXPECT_EQ(std::accumulate(smaller.begin(), smaller.end(), 0), 0);
+  const PagedVector<int> other(kMany, 5);
+  EXPECT_NE(other.data(), before);
+  EXPECT_GE(MemoryScope::scratch_bytes(), 2 * static_cast<std::int64_t>((kMany - 1000) * sizeof(int)));
+}
+
 // A vector that cannot grow says so, and keeps what it holds.
 TEST(MemoryScope, a_folder_that_does_not_exist_is_named) {
   const MemoryScope scope({1, 0, "/no/such/folder"});

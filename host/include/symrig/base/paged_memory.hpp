@@ -8,6 +8,10 @@
 
 namespace symrig {
 
+namespace base {
+struct ScratchFile;
+}
+
 /// A scratch file cannot grow: the disk is full, or there is no such folder.
 class NoScratchSpace : public std::runtime_error {
  public:
@@ -39,6 +43,7 @@ class PagedMemory {
   enum class Place : std::uint8_t { heap, pages, file };
   void move_to_file(std::size_t capacity, const std::filesystem::path& folder);
   void grow_file(std::size_t capacity);
+  void become(const base::ScratchFile& file);
   void grow_heap(std::size_t capacity);
   void grow_pages(std::size_t capacity);
   void release();

@@ -99,23 +99,35 @@ Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
 
 Result<void> Checks::take_further(std::int64_t sets, const BlockTree& tree, Photographer& photographer) {
   const std::int64_t first = photographer.taken();
-  const std::uint64_t before = further_.size() / kFurther;
+  const std::uint64_t before = this->sets() - 1;
   std::vector<LitBlocks> patterns;
   for (std::uint64_t set = before; set < before + sets; ++set)
     for (const auto& lit : random_pixels(tree.grid(), kSeed + 1 + set))
       patterns.push_back(ranges_of(tree, lit));
-  SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
-    further_.insert(further_.end(), taken.begin(), taken.end());
-  }));
+  SYMRIG_CHECK(photographer.take("checks", patterns));
   further_ranges_.push_back({first, photographer.taken()});
   return {};
 }
 
-std::vector<const TreePhotograph*> Checks::all() const {
-  std::vector<const TreePhotograph*> all;
-  for (const Residual& one : residuals_) all.push_back(&one.photograph);
-  for (const TreePhotograph& one : further_) all.push_back(&one);
-  return all;
+std::size_t Checks::sets() const {
+  std::int64_t further = 0;
+  for (const LogRange& range : further_ranges_) further += range.last - range.first;
+  return static_cast<std::size_t>(1 + further / kFurther);
+}
+
+Result<void> Checks::visit_sets(const Photographer& photographer, const UseSet& use) const {
+  std::vector<const TreePhotograph*> set;
+  for (const Residual& one : residuals_) set.push_back(&one.photograph);
+  use(set);
+  const auto use_read = [&](std::int64_t, std::span<TreePhotograph> photographs) {
+    set.clear();
+    for (const TreePhotograph& one : photographs) set.push_back(&one);
+    use(set);
+  };
+  for (const LogRange& range : further_ranges_)
+    for (std::int64_t first = range.first; first < range.last; first += kFurther)
+      SYMRIG_CHECK(photographer.read(first, kFurther, use_read));
+  return {};
 }
 
 std::vector<LogRange> Checks::ranges() const {
@@ -206,7 +218,7 @@ std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residual
   return mean;
 }
 
-std::vector<HeldOut> Checks::held_out(const BlockTree& tree) const {
+Result<std::vector<HeldOut>> Checks::held_out(const BlockTree& tree, const Photographer& photographer) const {
   std::vector<HeldOut> photographs;
   const auto raster = [&](std::span<const float> values) {
     const std::size_t pixels = tree.order().size();
@@ -217,12 +229,15 @@ std::vector<HeldOut> Checks::held_out(const BlockTree& tree) const {
                      image.plane(channel));
     return image;
   };
-  for (std::size_t k = 0; k < residuals_.size(); ++k)
-    photographs.push_back(
-        {kNames[k], raster(residuals_[k].photograph.pattern), raster(residuals_[k].photograph.mean)});
-  for (std::size_t k = 0; k < further_.size(); ++k)
-    photographs.push_back({std::string(kNames[k % kFurther]) + ", set " + std::to_string(2 + k / kFurther),
-                           raster(further_[k].pattern), raster(further_[k].mean)});
+  int number = 0;  // of the set
+  SYMRIG_CHECK(visit_sets(photographer, [&](std::span<const TreePhotograph* const> set) {
+    ++number;
+    for (std::size_t k = 0; k < set.size(); ++k) {
+      std::string name = kNames[k];
+      if (number > 1) name += ", set " + std::to_string(number);
+      photographs.push_back({std::move(name), raster(set[k]->pattern), raster(set[k]->mean)});
+    }
+  }));
   return photographs;
 }
 

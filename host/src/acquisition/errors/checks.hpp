@@ -7,7 +7,10 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 namespace symrig::acquisition {
@@ -38,8 +41,12 @@ class Checks {
   const std::vector<Residual>& residuals(const KnownTransport& known);
   /// The photographs; what is left of them is of the last residuals().
   const std::vector<Residual>& photographs() const { return residuals_; }
-  /// All photographs, those of further sets last. Valid until the next set is taken.
-  std::vector<const TreePhotograph*> all() const;
+  /// Sets of photographs: the six, and further ones.
+  std::size_t sets() const;
+  /// Calls use() with the photographs of each set in turn. Those of further sets are read from the log.
+  /// fails: as Photographer::read.
+  using UseSet = std::function<void(std::span<const TreePhotograph* const> set)>;
+  Result<void> visit_sets(const Photographer& photographer, const UseSet& use) const;
   /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
   /// residuals().
   void forget() { rewritten_ = -1; }
@@ -65,14 +72,13 @@ class Checks {
   /// Log numbers of all.
   std::vector<LogRange> ranges() const;
 
-  /// The photographs as they are kept in scene.h5.
-  std::vector<HeldOut> held_out(const BlockTree& tree) const;
+  /// The photographs as they are kept in scene.h5.  fails: as visit_sets.
+  Result<std::vector<HeldOut>> held_out(const BlockTree& tree, const Photographer& photographer) const;
 
  private:
   std::int64_t first_ = 0;  // log number
   double seconds_each_ = 0;
   std::vector<Residual> residuals_;
-  std::vector<TreePhotograph> further_;
   std::vector<LogRange> further_ranges_;
   KnownTransport::Mark mark_;    // what residuals_ has been rid of
   std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then

@@ -14,6 +14,8 @@ class EnergySums {
  public:
   explicit EnergySums(std::size_t pixels) : error_at_(pixels), signal_at_(pixels) {}
 
+  std::size_t pixels() const { return error_at_.size(); }
+
   /// e: what the tensor leaves; y: the photograph; model: what the tensor says; variance: of y.
   void add(std::size_t pixel, double e, double y, double model, double variance);
 

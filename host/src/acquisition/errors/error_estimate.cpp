@@ -23,78 +23,6 @@ constexpr double kLeastScatter = 0.1;
 /// Sums of 32-bit numbers, and of signals that another sum has rounded.
 constexpr double kRounding = 1e-3;
 
-/// A photograph, and what is left of it.
-struct Residual {
-  const TreePhotograph& photograph;
-  std::span<const float> left;  ///< [channel][pixel]
-};
-using Residuals = std::vector<Residual>;
-
-/// What the tensor leaves of each photograph. Unlike the search's own residuals these know how the finished
-/// tensor is rounded.
-std::vector<PagedVector<float>> left_by(const TransportTensor& tensor,
-                                        std::span<const TreePhotograph* const> photographs) {
-  std::vector<PagedVector<float>> all;
-  for (const TreePhotograph* const one : photographs) {
-    PagedVector<float>& left = all.emplace_back(one->mean);
-    const std::size_t pixels = one->pattern.size();
-    std::vector<float> model(pixels);
-    for (int channel = 0; channel < tensor.channels(); ++channel) {
-      std::fill(model.begin(), model.end(), 0.F);
-      tensor.apply_tree(one->pattern, model, channel, false);
-      const std::size_t first = static_cast<std::size_t>(channel) * pixels;
-      for (std::size_t t = 0; t < pixels; ++t) left[first + t] -= model[t];
-    }
-  }
-  return all;
-}
-
-/// A sum of photographs, looked at where those of `dark` are dark.
-struct Sum {
-  std::vector<WeightedCheck> of;
-  std::vector<std::size_t> dark = {};
-};
-
-/// Squares of several sums, over the pixels that are valid in all photographs of each.
-EnergySums sums_of(const Residuals& all, const GainError& gain, const std::vector<Sum>& several) {
-  const std::size_t pixels = all[0].photograph.pattern.size();
-  EnergySums sums(pixels);
-  for (const Sum& sum : several)
-    for (std::size_t at = 0; at < all[0].photograph.mean.size(); ++at) {
-      const std::size_t t = at % pixels;
-      const auto lit = [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; };
-      const auto invalid = [&](const WeightedCheck& one) {
-        return all[one.photograph].photograph.valid[at] == 0;
-      };
-      if (std::any_of(sum.of.begin(), sum.of.end(), invalid) ||
-          std::any_of(sum.dark.begin(), sum.dark.end(), lit))
-        continue;
-      double e = 0, y = 0, variance = 0;
-      for (const auto& [photograph, weight] : sum.of) {
-        e += weight * static_cast<double>(all[photograph].left[at]);
-        y += weight * static_cast<double>(all[photograph].photograph.mean[at]);
-        variance += weight * weight * static_cast<double>(all[photograph].photograph.variance[at]);
-      }
-      sums.add(t, e, y, y - e, variance);
-      sums.add_error(t, gain.more(sum.of, at));
-    }
-  sums.doubt_added(gain.doubt());
-  return sums;
-}
-
-/// One set of random patterns: two halves and a sparse pair.
-struct RandomSet {
-  std::size_t half, other_half, sparse, other_sparse;
-};
-
-/// The first set is of the six photographs; further ones follow them.
-std::vector<RandomSet> sets_of(const Residuals& all) {
-  std::vector<RandomSet> sets{{Checks::kHalf, Checks::kOtherHalf, Checks::kSparse, Checks::kOtherSparse}};
-  for (std::size_t k = Checks::kCount; k + Checks::kFurther <= all.size(); k += Checks::kFurther)
-    sets.push_back({k, k + 1, k + 2, k + 3});
-  return sets;
-}
-
 using Bar = ErrorBar;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -144,17 +72,6 @@ Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_rati
   const double value = relative(sums);
   if (!(value > 0)) return {value, value};
   return {value, half_width(over_patterns(sums, tree, noise_ratio, times), sums.signal, value)};
-}
-
-/// How many pixels are lit in some photograph of a sparse pair, as a share, on average.
-double lit_share(const Residuals& all, const std::vector<RandomSet>& sets) {
-  const std::size_t pixels = all[0].photograph.pattern.size();
-  double lit = 0;
-  for (const RandomSet& set : sets)
-    for (std::size_t t = 0; t < pixels; ++t)
-      for (const std::size_t k : {set.sparse, set.other_sparse})
-        lit += all[k].photograph.pattern[t] != 0 ? 1 : 0;
-  return lit / static_cast<double>(pixels * sets.size());
 }
 
 /// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark. The sparse pair would show this much of
@@ -212,60 +129,20 @@ Bar joined(const std::vector<Reading>& readings) {
   return {value, half_width(interval, 1, value)};
 }
 
-/// The sparse pairs, where they are dark.
-std::vector<Sum> pairs_of(const std::vector<RandomSet>& sets) {
-  std::vector<Sum> pairs;
-  pairs.reserve(sets.size());
-  for (const RandomSet& set : sets)
-    pairs.push_back({{{set.sparse, 1}, {set.other_sparse, -1}}, {set.sparse, set.other_sparse}});
-  return pairs;
-}
-
-/// The halves less their complements.
-std::vector<Sum> signed_halves_of(const std::vector<RandomSet>& sets) {
-  std::vector<Sum> halves;
-  halves.reserve(sets.size());
-  for (const RandomSet& set : sets) halves.push_back({{{set.half, 1}, {set.other_half, -1}}});
-  return halves;
-}
-
-/// Each half where it is dark.
-std::vector<Sum> dark_halves_of(const std::vector<RandomSet>& sets) {
-  std::vector<Sum> halves;
-  for (const RandomSet& set : sets)
-    for (const std::size_t half : {set.half, set.other_half}) halves.push_back({{{half, 1}}, {half}});
-  return halves;
-}
-
-/// Each half and its complement add up to even light: their mean has the least noise.
-Sum flood_of(const std::vector<RandomSet>& sets) {
-  const double each = 1 / static_cast<double>(sets.size());
-  Sum flood;
-  for (const RandomSet& set : sets)
-    flood.of.insert(flood.of.end(), {{set.half, each}, {set.other_half, each}});
-  return flood;
-}
-
 /// Light between lit and other pixels, from the sparse pairs and from the dark pixels of the random halves.
 class Indirect {
  public:
-  Indirect(const TransportTensor& tensor, const Residuals& all, const GainError& gain, double noise_ratio)
-      : tensor_(tensor),
-        all_(all),
-        gain_(gain),
-        noise_ratio_(noise_ratio),
-        sets_(sets_of(all)),
-        pair_(sums_of(all, gain, pairs_of(sets_))),
-        lit_(lit_share(all, sets_)) {}
+  Indirect(const CheckSums& sums, double noise_ratio)
+      : sums_(sums), pairs_(sums.sparse_pairs), lit_(sums.lit), noise_ratio_(noise_ratio) {}
 
   /// Σ of squares of all entries between pixels that are wrong, as the sparse pairs see it.
   double wrong_entries() const {
-    const double seen = lit_ * (1 - lit_) * static_cast<double>(sets_.size());
-    return seen > 0 ? std::max(0.0, pair_.error) / seen : 0;
+    const double seen = lit_ * (1 - lit_) * static_cast<double>(sums_.sets());
+    return seen > 0 ? std::max(0.0, pairs_.error) / seen : 0;
   }
 
   Bar bar() const {
-    const double plain = relative(pair_);
+    const double plain = relative(pairs_);
     if (!(plain > 0)) return {plain, plain};
     return joined(readings());
   }
@@ -275,25 +152,26 @@ class Indirect {
   /// is that of the tensor over many z, scaled by what the tensor gets of this z. Where the tensor holds
   /// little of the light, error and signal scatter together, and their plain ratio is better.
   double signal() const {
-    const double share = std::clamp(pair_.error / pair_.signal, 0.0, 1.0);
-    if (pair_.model <= 0) return pair_.signal;
-    const double mean = mean_sparse_energy(tensor_, lit_) * static_cast<double>(pair_.samples()) /
-                        (static_cast<double>(all_[0].photograph.mean.size()) * (1 - lit_));
-    if (!(mean > 0)) return pair_.signal;
-    return pair_.signal * std::pow(mean / pair_.model, (1 - share) * (1 - share));
+    const double share = std::clamp(pairs_.error / pairs_.signal, 0.0, 1.0);
+    if (pairs_.model <= 0) return pairs_.signal;
+    const TransportTensor& tensor = sums_.tensor();
+    const double samples = static_cast<double>(pairs_.pixels()) * tensor.channels();
+    const double mean =
+        mean_sparse_energy(tensor, lit_) * static_cast<double>(pairs_.samples()) / (samples * (1 - lit_));
+    if (!(mean > 0)) return pairs_.signal;
+    return pairs_.signal * std::pow(mean / pairs_.model, (1 - share) * (1 - share));
   }
 
   std::vector<Reading> readings() const {
     constexpr double kSignalKnown = 0.15;  // of the energy: chance of the model's own mean
     const double of = signal();
-    const double ratio = std::clamp(pair_.error / pair_.signal, 0.0, 1.0);
-    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * pair_.noise;
-    const double known = std::pow(kSignalKnown * (1 - ratio) * pair_.error, 2);
-    const double floor = std::pow(kLeastScatter * pair_.error, 2);
+    const double ratio = std::clamp(pairs_.error / pairs_.signal, 0.0, 1.0);
+    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * pairs_.noise;
+    const double known = std::pow(kSignalKnown * (1 - ratio) * pairs_.error, 2);
+    const double floor = std::pow(kLeastScatter * pairs_.error, 2);
+    const double scatter = std::max(pairs_.scatter(sums_.tensor().camera_tree(), ratio), pairs_.resolution());
     std::vector<Reading> readings{
-        {pair_.error / of, (std::max(pair_.scatter(tensor_.camera_tree(), ratio), pair_.resolution()) +
-                            misstated * misstated + known + floor) /
-                               (of * of)}};
+        {pairs_.error / of, (scatter + misstated * misstated + known + floor) / (of * of)}};
     // Where half of the light is wrong, it is wrong everywhere alike, and the halves see its sum.
     constexpr double kMostForHalves = 0.05;
     if (readings[0].value < kMostForHalves) readings.push_back(halves(of));
@@ -304,21 +182,18 @@ class Indirect {
   /// the squares of both halves are Σ E². Where they add up, it is up to twice as much.
   Reading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
-    const EnergySums dark = sums_of(all_, gain_, dark_halves_of(sets_));
+    const EnergySums& dark = sums_.dark_halves;
     const double scale = 2 * lit_ * (1 - lit_) / of;
     const double energy = scale * dark.error;
     const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * dark.noise;
-    const double scatter = std::max(dark.scatter(tensor_.camera_tree(), 0), dark.resolution());
+    const double scatter = std::max(dark.scatter(sums_.tensor().camera_tree(), 0), dark.resolution());
     return {energy, scale * scale * (scatter + misstated * misstated) + std::pow(kAddUp * energy, 2)};
   }
 
-  const TransportTensor& tensor_;
-  const Residuals& all_;
-  const GainError& gain_;
-  double noise_ratio_;
-  std::vector<RandomSet> sets_;
-  EnergySums pair_;
+  const CheckSums& sums_;
+  const EnergySums& pairs_;
   double lit_;
+  double noise_ratio_;
 };
 
 /// Contrast of the smooth picture: deviation over mean.
@@ -345,35 +220,6 @@ Bar of_pictures(Bar cut, double flood, Grid grid) {
   return {cut.value, cut.value - least + cut.half_width};
 }
 
-/// One-sided light by a pair of photographs. sparse: pixels that are lit themselves are not looked at.
-OneSided one_sided_light(const TransportTensor& tensor, const Residual& a, const Residual& b, bool sparse) {
-  const BlockTree& tree = tensor.camera_tree();
-  const std::size_t pixels = a.photograph.pattern.size();
-  std::vector<float> z(pixels), left(pixels);
-  for (std::size_t t = 0; t < pixels; ++t) z[t] = a.photograph.pattern[t] - b.photograph.pattern[t];
-  Image<float> signs(tree.grid()), residual(tree.grid());
-  tree.to_raster(z, signs.plane(0));
-  OneSided found;
-  for (int channel = 0; channel < tensor.channels(); ++channel) {
-    const std::size_t first = static_cast<std::size_t>(channel) * pixels;
-    for (std::size_t t = 0; t < pixels; ++t) {
-      const bool valid = a.photograph.valid[first + t] != 0 && b.photograph.valid[first + t] != 0;
-      left[t] = valid && !(sparse && z[t] != 0) ? a.left[first + t] - b.left[first + t] : 0;
-    }
-    tree.to_raster(left, residual.plane(0));
-    const OneSided one = one_sided(residual, signs);
-    found = {found.energy + one.energy, std::max(found.sigmas, one.sigmas)};
-  }
-  return found;
-}
-
-/// By the halves, or by the sparse pair, where less other light is in the way: whichever is surer.
-OneSided one_sided_light(const TransportTensor& tensor, const Residuals& all) {
-  const OneSided halves = one_sided_light(tensor, all[Checks::kHalf], all[Checks::kOtherHalf], false);
-  const OneSided sparse = one_sided_light(tensor, all[Checks::kSparse], all[Checks::kOtherSparse], true);
-  return halves.sigmas > sparse.sigmas ? halves : sparse;
-}
-
 constexpr const char* kTooDark = "the photographs show no such light above their noise";
 constexpr const char* kOneSidedReason =
     "light goes from lit pixels to one side and not back: check the alignment of camera and projector "
@@ -397,58 +243,47 @@ class Table {
 
 ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual> residuals,
                          std::span<const TreePhotograph> left) {
-  Residuals all;
+  std::vector<CheckResidual> set;
   for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf})
-    all.push_back({residuals[k].photograph, left[k].mean});
-  const Bar bar = of_patterns(sums_of(all, GainError(), signed_halves_of(sets_of(all))), tree, 1, 1);
+    set.push_back({residuals[k].photograph, left[k].mean});
+  EnergySums sums(tree.order().size());
+  add_signed_halves(set, GainError(), sums);
+  const Bar bar = of_patterns(sums, tree, 1, 1);
   return given(bar) ? bar : Bar{};
 }
 
-ErrorEstimate estimate_errors(const TransportTensor& tensor,
-                              std::span<const TreePhotograph* const> photographs,
-                              const GainMismatch& mismatch, double noise_ratio) {
+ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio) {
   constexpr double kOneSidedSigmas = 5;
   constexpr double kOneSidedShare = 0.1;  // of the squared error between pixels
-  const std::vector<PagedVector<float>> left = left_by(tensor, photographs);
-  Residuals all;
-  for (std::size_t k = 0; k < left.size(); ++k) all.push_back({*photographs[k], left[k]});
-  const BlockTree& tree = tensor.camera_tree();
-  const GainError gain(tensor, photographs, mismatch);
-  const std::vector<RandomSet> sets = sets_of(all);
-  const EnergySums halves = sums_of(all, gain, signed_halves_of(sets));
-  const EnergySums flood = sums_of(all, gain, {flood_of(sets)});
-  const EnergySums random = sums_of(all, gain, {{{{Checks::kHalf, 1}}}});
-  const EnergySums natural = sums_of(all, gain, {{{{Checks::kNatural, 1}}}});
-  const EnergySums bar = sums_of(all, gain, {{{{Checks::kBar, 1}}}});
-  const EnergySums outside = sums_of(all, gain, {{{{Checks::kBar, 1}}, {Checks::kBar}}});
-  const Indirect indirect(tensor, all, gain, noise_ratio);
-
-  const OneSided one = one_sided_light(tensor, all);
+  const BlockTree& tree = sums.tensor().camera_tree();
+  const Indirect indirect(sums, noise_ratio);
+  const EnergySums& halves = sums.halves;
+  const OneSided& one = sums.one_sided;
   const bool lopsided =
       one.sigmas > kOneSidedSigmas && one.energy > kOneSidedShare * indirect.wrong_entries();
   // What a rig in line would show is up to twice the one-sided part away.
   const double away = lopsided && halves.signal > 0
-                          ? 2 * std::sqrt(one.energy * static_cast<double>(sets.size()) / halves.signal)
+                          ? 2 * std::sqrt(one.energy * static_cast<double>(sums.sets()) / halves.signal)
                           : 0;
   const auto further = [&](Bar b) { return Bar{b.value, b.half_width + std::min(away, 2 * b.value)}; };
   const Bar unknown{kNone, kNone};
   Table table;
-  const Bar even = of_this_pattern(flood, noise_ratio);
+  const Bar even = of_this_pattern(sums.flood, noise_ratio);
   table.set("frobenius", &TransportErrors::frobenius, further(of_patterns(halves, tree, noise_ratio, 1)),
             kTooDark);
   table.set("indirect", &TransportErrors::indirect, lopsided ? unknown : indirect.bar(),
             lopsided ? kOneSidedReason : kTooDark);
   table.set("flood", &TransportErrors::flood, further(even), kTooDark);
-  table.set("relight.bar", &TransportErrors::relight_bar, further(of_this_pattern(bar, noise_ratio)),
+  table.set("relight.bar", &TransportErrors::relight_bar, further(of_this_pattern(sums.bar, noise_ratio)),
             kTooDark);
   table.set("relight.random", &TransportErrors::relight_random,
-            further(of_patterns(random, tree, noise_ratio, 2)), kTooDark);
+            further(of_patterns(sums.half, tree, noise_ratio, 2)), kTooDark);
   table.set("relight.natural", &TransportErrors::relight_natural,
-            further(of_pictures(of_patterns(natural, tree, noise_ratio, 2), given(even) ? even.value : 0,
+            further(of_pictures(of_patterns(sums.natural, tree, noise_ratio, 2), given(even) ? even.value : 0,
                                 tree.grid())),
             kTooDark);
   table.set("bar_indirect", &TransportErrors::bar_indirect,
-            lopsided ? unknown : of_this_pattern(outside, noise_ratio),
+            lopsided ? unknown : of_this_pattern(sums.outside_bar, noise_ratio),
             lopsided ? kOneSidedReason : kTooDark);
   return std::move(table).take();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/errors/check_sums.hpp"
 #include "acquisition/errors/checks.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/gain_mismatch.hpp"
@@ -11,12 +12,9 @@
 namespace symrig::acquisition {
 
 /// The errors of a finished tensor by check photographs that it was not made from, each with its own error
-/// (docs/decisions/error-estimates.md). photographs: Checks::all().
-/// mismatch: of the gains; the errors contain it. noise_ratio: true over stated variance, as far as it is
-/// known to differ from 1.
-ErrorEstimate estimate_errors(const TransportTensor& tensor,
-                              std::span<const TreePhotograph* const> photographs,
-                              const GainMismatch& mismatch, double noise_ratio = 1);
+/// (docs/decisions/error-estimates.md). The errors contain the mismatch of gains that `sums` knows.
+/// noise_ratio: true over stated variance, as far as it is known to differ from 1.
+ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio = 1);
 
 /// The frobenius error alone, by what is left of the two halves (Checks::halves) of residuals' photographs.
 struct ErrorBar {

@@ -50,14 +50,14 @@ GainError::GainError(const TransportTensor& tensor, std::span<const TreePhotogra
   }
 }
 
-double GainError::more(std::span<const WeightedCheck> sum, std::size_t at) const {
-  if (seen_.empty()) return 0;
-  double here = 0, there = 0;
+GainLight GainError::light(std::span<const WeightedCheck> sum, std::size_t at) const {
+  GainLight light;
+  if (seen_.empty()) return light;
   for (const WeightedCheck& one : sum) {
-    here += one.weight * static_cast<double>(seen_[one.photograph].here[at]);
-    there += one.weight * static_cast<double>(seen_[one.photograph].there[at]);
+    light.here += one.weight * static_cast<double>(seen_[one.photograph].here[at]);
+    light.there += one.weight * static_cast<double>(seen_[one.photograph].there[at]);
   }
-  return here * there;
+  return light;
 }
 
 }  // namespace symrig::acquisition

@@ -10,10 +10,16 @@
 
 namespace symrig::acquisition {
 
-/// A photograph in a sum of check photographs.
+/// A photograph in a sum of check photographs of a set.
 struct WeightedCheck {
   std::size_t photograph;
   double weight;
+};
+
+/// ε ∘ T̃p and T̃(ε ∘ p) at a sample. Their product is how much the square of the error exceeds that of the
+/// residual there.
+struct GainLight {
+  double here = 0, there = 0;
 };
 
 /// What a mismatch of gains does to the check photographs. The rig shows (1 + ε) K with a symmetric K, and a
@@ -23,15 +29,14 @@ class GainError {
  public:
   /// No mismatch is known.
   GainError() = default;
-  /// photographs: Checks::all(). mismatch: found or not.
+  /// photographs: of a set. mismatch: found or not.
   /// cost: two applies for each photograph and channel, if it was found.
   GainError(const TransportTensor& tensor, std::span<const TreePhotograph* const> photographs,
             const GainMismatch& mismatch);
 
-  /// Of a sum of photographs: how much the square of the error exceeds that of the residual at a sample,
-  /// (ε ∘ T̃p) · T̃(ε ∘ p). 0 if no mismatch was found. at: [channel][pixel].
-  double more(std::span<const WeightedCheck> sum, std::size_t at) const;
-  /// The share of itself to which `more` is known (one sigma): it is a product of two ε.
+  /// Of a sum of photographs. 0 if no mismatch was found. at: [channel][pixel].
+  GainLight light(std::span<const WeightedCheck> sum, std::size_t at) const;
+  /// The share of itself to which the product is known (one sigma): it is a product of two ε.
   double doubt() const { return doubt_; }
 
  private:

@@ -165,8 +165,10 @@ Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForce
                                  CaptureResult& result) const {
   SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, again_, rest));
   result.gain_mismatch = found_.gain.fit();
-  ErrorEstimate estimate =
-      estimate_errors(tensor, checks_->all(), result.gain_mismatch, doubted_variance(result.noise_check));
+  CheckSums sums(tensor, result.gain_mismatch, checks_->sets());
+  SYMRIG_CHECK(checks_->visit_sets(photographer_, [&](auto set) { sums.add(set); }));
+  sums.finish();
+  ErrorEstimate estimate = estimate_errors(sums, doubted_variance(result.noise_check));
   result.estimated = estimate.value;
   result.estimated_half_width = estimate.half_width;
   result.estimate_not_given = std::move(estimate.not_given);

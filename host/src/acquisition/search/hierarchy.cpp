@@ -260,10 +260,11 @@ Result<CaptureResult> Hierarchy::refine() {
   merge_leaves(facts_, found_.known);
   CaptureResult result;
   result.tensor = found_.known.tensor();
+  found_.known.release();
   if (!checks_) return result;
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
   SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));
-  result.held_out = checks_->held_out(facts_.tree);
+  SYMRIG_TRY(result.held_out, checks_->held_out(facts_.tree, photographer_));
   return result;
 }
 

@@ -59,6 +59,17 @@ void KnownTransport::rewind(const Mark& mark) {
   scalar_values_.resize(mark.scalars * static_cast<std::size_t>(channels_));
 }
 
+void KnownTransport::release() {
+  leaves_ = {};
+  factors_ = {};
+  empties_ = {};
+  scalars_ = {};
+  scalar_noise_ = {};
+  scalar_values_ = {};
+  band_radius_ = 0;
+  ++rewritten_;
+}
+
 void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
   const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
   const std::size_t channels = channels_;
@@ -186,7 +197,7 @@ void KnownTransport::add_band_to(TensorBuilder& builder) const {
   const std::size_t pixels = tree_.order().size();
   const auto offsets = band_offsets(band_radius_);
   const std::size_t channels = channels_;
-  std::vector<float> band(channels * offsets.size() * pixels);
+  PagedVector<float> band(channels * offsets.size() * pixels);
   const auto offset_of = [&](std::int32_t from, std::int32_t to) {
     const BandOffset d{to / grid.cols - from / grid.cols, to % grid.cols - from % grid.cols};
     for (std::size_t k = 0; k < offsets.size(); ++k)

@@ -72,6 +72,8 @@ class KnownTransport {
   };
   Mark mark() const { return {leaves_.size(), factors_.size(), empties_.size(), scalars_.size()}; }
   void rewind(const Mark& mark);
+  /// Forgets everything, and frees its memory.
+  void release();
 
   std::span<const KnownLeaf> leaves() const { return leaves_; }
   std::span<float> change_factors() {
