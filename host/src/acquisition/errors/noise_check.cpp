@@ -20,12 +20,6 @@ constexpr double kGrossNeighbours = 0.15;  // correlation
 constexpr double kGrossLamp = 0.005;       // share
 constexpr double kNoiseFree = 1e-3;        // scatter that photographs without a variance may have, share
 
-/// Photographs of even light, whose difference holds nothing but noise and the lamp.
-struct Flood {
-  std::vector<double> mean, variance;
-  std::vector<char> valid;
-};
-
 Flood flood_of(const TreePhotograph& p) {
   return {{p.mean.begin(), p.mean.end()},
           {p.variance.begin(), p.variance.end()},
@@ -52,11 +46,8 @@ Flood sum_of(std::span<const TreePhotograph> parts) {
   return sum;
 }
 
-/// The level of b over that of a, by least squares, and how well it is known.
-struct Level {
-  double value = 1, sigma = 0;
-};
-Level level(const Flood& a, const Flood& b) {
+/// The level of b over that of a, by least squares.
+FloodLevel level(const Flood& a, const Flood& b) {
   double ab = 0, aa = 0, noise = 0;
   for (std::size_t at = 0; at < a.mean.size(); ++at) {
     if (a.valid[at] == 0 || b.valid[at] == 0) continue;
@@ -70,8 +61,8 @@ Level level(const Flood& a, const Flood& b) {
 
 /// b − level · a, pixel by pixel.
 struct Difference {
-  std::vector<double> value, variance;
-  std::vector<char> valid;
+  PagedVector<double> value, variance;
+  PagedVector<char> valid;
 };
 Difference difference(const Flood& a, const Flood& b) {
   const double g = level(a, b).value;
@@ -84,76 +75,55 @@ Difference difference(const Flood& a, const Flood& b) {
   return d;
 }
 
+/// Mean of so many photographs, of their sum.
+void divide(Flood& sum, std::size_t photographs) {
+  const auto n = static_cast<double>(photographs);
+  for (std::size_t at = 0; at < sum.mean.size(); ++at) {
+    sum.mean[at] /= n;
+    sum.variance[at] /= n * n;
+  }
+}
+
+void add(Scatter& scatter, const Difference& d) {
+  for (std::size_t at = 0; at < d.value.size(); ++at)
+    if (d.valid[at] != 0) scatter.add(d.value[at], d.variance[at]);
+}
+
+void add(NeighbourProducts& sums, const BlockTree& tree, const Difference& d) {
+  const Grid grid = tree.grid();
+  const std::size_t pixels = grid.size();
+  std::vector<double> raster(pixels);
+  for (std::size_t first = 0; first < d.value.size(); first += pixels) {
+    for (std::size_t t = 0; t < pixels; ++t) {
+      const bool usable = d.valid[first + t] != 0 && d.variance[first + t] > 0;
+      const double v = usable ? d.value[first + t] / std::sqrt(d.variance[first + t]) : 0;
+      raster[tree.order()[t]] = v;
+      sums.squares += v * v;
+      sums.pairs += usable ? 1 : 0;
+    }
+    const std::size_t cols = grid.cols;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      if (i % cols + 1 < cols) sums.right += raster[i] * raster[i + 1];
+      if (i + cols < pixels) sums.below += raster[i] * raster[i + cols];
+    }
+  }
+}
+
 /// Σ d² over Σ v, and its standard deviation where noise is independent.
 struct Ratio : Scatter {
-  using Scatter::add;
-  void add(const Difference& d) {
-    for (std::size_t at = 0; at < d.value.size(); ++at)
-      if (d.valid[at] != 0) add(d.value[at], d.variance[at]);
-  }
   bool known() const { return samples >= kFewest && variance > 0; }
   double value() const { return known() ? squares / variance : NoiseCheck::kUnknown; }
   double sigma() const { return std::sqrt(2 * variance_squared) / variance; }
 };
 
 /// Correlation of the standardized differences of pixels side by side.
-struct Neighbours {
-  double products[2] = {0, 0}, squares = 0;
-  std::size_t pairs = 0;
-
-  void add(const BlockTree& tree, const Difference& d) {
-    const Grid grid = tree.grid();
-    const std::size_t pixels = grid.size();
-    std::vector<double> raster(pixels);
-    for (std::size_t first = 0; first < d.value.size(); first += pixels) {
-      for (std::size_t t = 0; t < pixels; ++t) {
-        const bool usable = d.valid[first + t] != 0 && d.variance[first + t] > 0;
-        const double v = usable ? d.value[first + t] / std::sqrt(d.variance[first + t]) : 0;
-        raster[tree.order()[t]] = v;
-        squares += v * v;
-        pairs += usable ? 1 : 0;
-      }
-      const std::size_t cols = grid.cols;
-      for (std::size_t i = 0; i < pixels; ++i) {
-        if (i % cols + 1 < cols) products[0] += raster[i] * raster[i + 1];
-        if (i + cols < pixels) products[1] += raster[i] * raster[i + cols];
-      }
-    }
-  }
+struct Neighbours : NeighbourProducts {
   double value() const {
     if (pairs < kFewest || !(squares > 0)) return NoiseCheck::kUnknown;
-    const double larger = std::abs(products[0]) > std::abs(products[1]) ? products[0] : products[1];
-    return larger / squares;
+    return (std::abs(right) > std::abs(below) ? right : below) / squares;
   }
   double sigma() const { return 1 / std::sqrt(static_cast<double>(pairs)); }
 };
-
-/// The lamp over the photographs, in the order in which they were taken.
-double lamp_change(const std::vector<Flood>& floods, double& sigma) {
-  double squares = 0;
-  sigma = 0;
-  for (std::size_t k = 1; k < floods.size(); ++k) {
-    const Level one = level(floods[0], floods[k]);
-    squares += (one.value - 1) * (one.value - 1);
-    sigma = std::max(sigma, one.sigma);
-  }
-  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, floods.size() - 1)));
-}
-
-Flood mean_of(const std::vector<Flood>& floods) {
-  Flood mean = floods[0];
-  const auto n = static_cast<double>(floods.size());
-  for (std::size_t at = 0; at < mean.mean.size(); ++at) {
-    for (std::size_t k = 1; k < floods.size(); ++k) {
-      mean.mean[at] += floods[k].mean[at];
-      mean.variance[at] += floods[k].variance[at];
-      if (floods[k].valid[at] == 0) mean.valid[at] = 0;
-    }
-    mean.mean[at] /= n;
-    mean.variance[at] /= n * n;
-  }
-  return mean;
-}
 
 /// RMS of a difference as a share of the RMS light.
 double scatter_share(const Difference& d, const Flood& light) {
@@ -214,9 +184,14 @@ void judge_neighbours(NoiseCheck& check, const Neighbours& found) {
         fmt::format("the noise of neighbouring pixels is correlated by {:.2f}", check.neighbours));
 }
 
-void judge_lamp(NoiseCheck& check, const std::vector<Flood>& floods) {
-  double sigma = 0;
-  check.lamp = lamp_change(floods, sigma);
+/// levels: of the lamp, over that of the first photograph.
+void judge_lamp(NoiseCheck& check, std::span<const FloodLevel> levels) {
+  double squares = 0, sigma = 0;
+  for (const FloodLevel& one : levels) {
+    squares += (one.value - 1) * (one.value - 1);
+    sigma = std::max(sigma, one.sigma);
+  }
+  check.lamp = std::sqrt(squares / static_cast<double>(levels.size()));
   if (check.lamp > kGrossLamp && check.lamp > kSigmas * sigma)
     check.findings.push_back(fmt::format(
         "the light changed by {:.2g} % between photographs of the same pattern", 100 * check.lamp));
@@ -224,41 +199,58 @@ void judge_lamp(NoiseCheck& check, const std::vector<Flood>& floods) {
 
 }  // namespace
 
-NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
-                       const TreePhotograph* half, const TreePhotograph* other,
-                       const NoiseEvidence& besides) {
-  NoiseCheck check;
-  std::vector<Flood> floods;
-  for (const TreePhotograph& p : photographs) floods.push_back(flood_of(p));
-  if (floods.empty()) return check;
-  Ratio between;
-  Neighbours neighbours;
-  for (std::size_t k = 1; k < floods.size(); ++k) {
-    const Difference d = difference(floods[k - 1], floods[k]);
-    between.add(d);
-    neighbours.add(tree, d);
+void FloodNoise::add(const TreePhotograph& photograph) {
+  Flood flood = flood_of(photograph);
+  if (taken_++ == 0) {
+    first_ = sum_ = flood;
+  } else {
+    const Difference d = difference(before_, flood);
+    acquisition::add(between_, d);
+    acquisition::add(neighbours_, tree_, d);
+    levels_.push_back(level(first_, flood));
+    acquisition::add(sum_, photograph);
   }
-  judge_variance(check, between);
+  before_ = std::move(flood);
+}
+
+NoiseCheck FloodNoise::judge(const TreePhotograph* half, const TreePhotograph* other,
+                             const NoiseEvidence& besides) && {
+  NoiseCheck check;
+  if (taken_ == 0) return check;
+  judge_variance(check, Ratio{between_});
   judge_mirrored(check, besides.mirrored);
   if (half != nullptr && other != nullptr) {
     const Flood sum = sum_of(*half, *other);
-    const Flood mean = mean_of(floods);
+    const Flood mean = mean_away();
     const Difference d = difference(mean, sum);
     Ratio together;
-    together.add(d);
+    acquisition::add(together, d);
     Ratio parts;
-    if (!besides.parts.empty()) parts.add(difference(mean, sum_of(besides.parts)));
+    if (!besides.parts.empty()) acquisition::add(parts, difference(mean, sum_of(besides.parts)));
     judge_shared(check, parts.known() && parts.value() > together.value() ? parts : together);
-    if (floods.size() < 2) neighbours.add(tree, d);
+    if (taken_ < 2) acquisition::add(neighbours_, tree_, d);
     if (together.variance == 0 && together.samples >= kFewest && scatter_share(d, mean) > kNoiseFree)
       check.findings.push_back(fmt::format(
           "photographs state no noise, but two halves of the light and all of it differ by {:.2g} %",
           100 * scatter_share(d, mean)));
-    floods.push_back(sum);
+    levels_.push_back(level(first_, sum));
   }
-  judge_neighbours(check, neighbours);
-  if (floods.size() > 1) judge_lamp(check, floods);
+  judge_neighbours(check, Neighbours{neighbours_});
+  if (!levels_.empty()) judge_lamp(check, levels_);
   return check;
+}
+
+Flood FloodNoise::mean_away() {
+  divide(sum_, taken_);
+  return std::move(sum_);
+}
+
+NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
+                       const TreePhotograph* half, const TreePhotograph* other,
+                       const NoiseEvidence& besides) {
+  FloodNoise noise(tree);
+  for (const TreePhotograph& one : photographs) noise.add(one);
+  return std::move(noise).judge(half, other, besides);
 }
 
 double doubted_variance(const NoiseCheck& check) {

@@ -3,10 +3,12 @@
 
 #include "acquisition/search/tree_photograph.hpp"
 #include "symrig/acquisition/noise_check.hpp"
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstddef>
 #include <span>
+#include <vector>
 
 namespace symrig::acquisition {
 
@@ -29,8 +31,48 @@ struct NoiseEvidence {
   Scatter mirrored{};  ///< entries of T against their mirror images, each from the photograph of one pixel
 };
 
-/// photographs: of all pixels lit; half, other: photographs of a pattern and its complement, or none.
-/// [decisions/error-estimates.md]
+/// A photograph of even light, or a sum of some. [channel][pixel] in tree order.
+struct Flood {
+  PagedVector<double> mean, variance;
+  PagedVector<char> valid;
+};
+
+/// The level of a photograph over that of another, and how well it is known.
+struct FloodLevel {
+  double value = 1, sigma = 0;
+};
+
+/// Σ products of standardized differences of pixels side by side, and of their squares.
+struct NeighbourProducts {
+  double right = 0, below = 0, squares = 0;
+  std::size_t pairs = 0;
+};
+
+/// Compares photographs of even light, whose difference holds nothing but noise and the lamp. They are added
+/// one by one, so that few are in memory.
+class FloodNoise {
+ public:
+  explicit FloodNoise(const BlockTree& tree) : tree_(tree) {}
+
+  /// photograph: of all pixels lit, in the order in which they were taken.
+  void add(const TreePhotograph& photograph);
+  /// half, other: photographs of a pattern and its complement, or none. [decisions/error-estimates.md]
+  NoiseCheck judge(const TreePhotograph* half, const TreePhotograph* other,
+                   const NoiseEvidence& besides = {}) &&;
+
+ private:
+  Flood mean_away();
+
+  const BlockTree& tree_;
+  std::size_t taken_ = 0;
+  Flood first_, before_, sum_;
+  Scatter between_;
+  NeighbourProducts neighbours_;
+  std::vector<FloodLevel> levels_;
+};
+
+/// The same with all of them at hand. photographs: of all pixels lit; half, other: photographs of a pattern
+/// and its complement, or none. [decisions/error-estimates.md]
 NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
                        const TreePhotograph* half, const TreePhotograph* other,
                        const NoiseEvidence& besides = {});

@@ -39,12 +39,12 @@ Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photog
 Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& photographer,
                                     const Checks& checks, LogRange again, const BruteForceRest* rest) {
   constexpr std::int64_t kMost = 8;
-  std::vector<TreePhotograph> floods;
-  const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
-    floods.insert(floods.end(), p.begin(), p.end());
+  FloodNoise noise(tree);
+  const auto add = [&](std::int64_t, std::span<TreePhotograph> floods) {
+    for (const TreePhotograph& flood : floods) noise.add(flood);
   };
-  SYMRIG_CHECK(photographer.read(0, 1, keep));
-  SYMRIG_CHECK(photographer.read(again.first, std::min(again.last - again.first, kMost), keep));
+  SYMRIG_CHECK(photographer.read(0, 1, add));
+  SYMRIG_CHECK(photographer.read(again.first, std::min(again.last - again.first, kMost), add));
   NoiseEvidence besides;
   std::vector<TreePhotograph> parts;
   if (rest != nullptr) {
@@ -53,8 +53,8 @@ Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& p
     besides.parts = parts;
   }
   const auto& held_out = checks.photographs();
-  return check_noise(tree, floods, &held_out[Checks::kHalf].photograph,
-                     &held_out[Checks::kOtherHalf].photograph, besides);
+  return std::move(noise).judge(&held_out[Checks::kHalf].photograph, &held_out[Checks::kOtherHalf].photograph,
+                                besides);
 }
 
 /// How many further sets make half of the intervals narrow enough: its square falls as 1 / sets.
