@@ -4,9 +4,13 @@
 An output that is an input, two outputs that are one file, an output that is a folder, device, pipe or socket, and an output with the
 suffix of another format: refused in one line before any work, and the folder is as it was.
 
+Every output of every command meets one way of each kind, and the ways take turns. With SYMRIG_LONG in the environment, it meets
+them all.
+
 usage: output_safety_test.py SYMRIG
 """
 
+import collections
 import contextlib
 import dataclasses
 import os
@@ -18,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 
+LONG = "SYMRIG_LONG" in os.environ
 SMALL = "sim:vgroove-textured?size=12x17&noise=off"
 OWN_CAMERA = "sim:vgroove-textured?size=12x17&noise=off&camera=48x68"
 PROGRAM = 'symrig = 1\n[program]\npatterns = 8\nbracket = ["1 ms", "4 ms"]\n'
@@ -161,6 +166,12 @@ READ = {("merge", "--response")}
 class Bench:
     def __init__(self, symrig, folder):
         self.symrig, self.folder, self.tried = symrig, folder, 0
+        self.special_files, self.turns = [], collections.Counter()
+
+    def some(self, kind, ways):
+        """The ways of this kind that are tried now: the next one, or all."""
+        self.turns[kind] += 1
+        return ways if LONG or not ways else [ways[self.turns[kind] % len(ways)]]
 
     def path(self, name):
         return self.folder / name
@@ -207,59 +218,95 @@ def named(name, prefix):
     return prefix + pathlib.Path(name).name
 
 
+def linked(make):
+    def way(bench, read, link):
+        make(bench.path(read), bench.path(link))
+        return link, placed(bench.path(link))
+
+    return way
+
+
+# How an output can be an input: each gives the output's name, and removes what it made.
+INPUT_WAYS = {
+    "an output is an input": lambda bench, read, link: (read, placed()),
+    "an output is an input by another path": lambda bench, read, link: (f"./{read}", placed()),
+    "an output is an input, a hard link": linked(os.link),
+    "an output is an input, a symbolic link": linked(os.symlink),
+}
+
+
 def against_inputs(bench, job, option):
-    natural = job.outputs[option]
+    link = named(job.outputs[option], "link-")
     for read in [name for name in job.inputs if name != job.anew.get(option)]:
-        bench.refuses(words_with(job, job.outputs | {option: read}), {2}, "an output is an input")
-        bench.refuses(words_with(job, job.outputs | {option: f"./{read}"}), {2}, "an output is an input by another path")
-        link = bench.path(named(natural, "link-"))
-        for make in (os.link, os.symlink):
-            make(bench.path(read), link)
-            with placed(link):
-                bench.refuses(words_with(job, job.outputs | {option: link.name}), {2}, f"an output is an input, {make.__name__}")
+        for what in bench.some("input", list(INPUT_WAYS)):
+            name, there = INPUT_WAYS[what](bench, read, link)
+            with there:
+                bench.refuses(words_with(job, job.outputs | {option: name}), {2}, what)
+
+
+def link_to_nothing_yet(bench, other, link):
+    bench.path(link).symlink_to(other)
+    return link, placed(bench.path(link))
+
+
+def hard_link(bench, other, link):
+    bench.path(other).write_text("before")
+    os.link(bench.path(other), bench.path(link))
+    return link, placed(bench.path(other), bench.path(link))
+
+
+# How two outputs can be one file.
+OUTPUT_WAYS = {
+    "two outputs have one name": lambda bench, other, link: (other, placed()),
+    "two outputs, a link to what is not there": link_to_nothing_yet,
+    "two outputs, hard link": hard_link,
+}
 
 
 def against_outputs(bench, job, option):
+    link = named(job.outputs[option], "link-")
     for other in job.outputs:
         if other == option:
             continue
-        natural = job.outputs[other]
-        bench.refuses(words_with(job, job.outputs | {option: natural}), {2}, "two outputs have one name")
-        first, second = bench.path(natural), bench.path(named(job.outputs[option], "link-"))
-        second.symlink_to(natural)  # of a file that is not there yet
-        with placed(second):
-            bench.refuses(words_with(job, job.outputs | {option: second.name}), {2}, "two outputs, a link to what is not there")
-        first.write_text("before")
-        os.link(first, second)
-        with placed(first, second):
-            bench.refuses(words_with(job, job.outputs | {option: second.name}), {2}, "two outputs, hard link")
+        for what in bench.some("output", list(OUTPUT_WAYS)):
+            name, there = OUTPUT_WAYS[what](bench, job.outputs[other], link)
+            with there:
+                bench.refuses(words_with(job, job.outputs | {option: name}), {2}, what)
 
 
-def special_files(folder, name):
-    """Makes what is no regular file under that name, and says what it is."""
-    path = folder / name
-    path.mkdir()
-    yield "a folder"
-    os.mkfifo(path)
-    yield "a named pipe"
+def bound_socket(path):
     with contextlib.closing(socket.socket(socket.AF_UNIX)) as one:
         one.bind(str(path))
-        yield "a socket"
-    path.symlink_to("/dev/null")
-    yield "a link to a device"
-    if os.geteuid() == 0:
-        with contextlib.suppress(PermissionError):
-            os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 3))  # as /dev/null
-        if path.exists():
-            yield "a device"
+
+
+# What is no regular file.
+SPECIAL_FILES = {
+    "a folder": pathlib.Path.mkdir,
+    "a named pipe": os.mkfifo,
+    "a socket": bound_socket,
+    "a link to a device": lambda path: path.symlink_to("/dev/null"),
+    "a device": lambda path: os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 3)),  # as /dev/null
+}
+
+
+def may_make_devices(folder):
+    if os.geteuid() != 0:
+        return False
+    try:
+        SPECIAL_FILES["a device"](folder / "device")
+    except PermissionError:
+        return False
+    (folder / "device").unlink()
+    return True
 
 
 def against_special_files(bench, job, option):
     # The log of a capture is named by the program: its place may be taken, too.
-    for suffix in {"", job.derived.get(option, "")}:
-        name = job.outputs[option] + suffix
-        for kind in special_files(bench.folder, name):
-            with placed(bench.path(name)):
+    for suffix in sorted({"", job.derived.get(option, "")}):
+        path = bench.path(job.outputs[option] + suffix)
+        for kind in bench.some("special file", bench.special_files):
+            SPECIAL_FILES[kind](path)
+            with placed(path):
                 bench.refuses(words_with(job, job.outputs), {2, 4}, f"in the place of an output is {kind}")
     if option in job.derived:
         for other in set(job.outputs) - {option}:
@@ -273,13 +320,13 @@ def against_other_formats(bench, job, option):
     same = pictures if own in pictures else {own}
     if job.words[:2] == ["calibrate", "--rig"] and option == "-o":
         same = pictures | {".h5"}  # a map or a registration
-    for suffix in {".h5", ".png", ".json", ".toml", ".html", ".csv", ".vcd", ".symprog", ".PNG"} - same:
-        if suffix.lower() not in same:
-            bench.refuses(words_with(job, job.outputs | {option: "odd" + suffix}), {2}, "the suffix of another format")
+    odd = [suffix for suffix in (".h5", ".png", ".json", ".toml", ".html", ".csv", ".vcd", ".symprog", ".PNG") if suffix.lower() not in same]
+    for suffix in bench.some("suffix", odd):
+        bench.refuses(words_with(job, job.outputs | {option: "odd" + suffix}), {2}, "the suffix of another format")
 
 
 def against_redirection(bench, job):
-    for name in [*job.inputs, *(["already.json"] if "--json" in job.outputs else [])]:
+    for name in bench.some("redirection", [*job.inputs, *(["already.json"] if "--json" in job.outputs else [])]):
         outputs = job.outputs | ({"--json": name} if name == "already.json" else {})
         bench.path("already.json").write_text("before")
         with placed(bench.path("already.json")), open(bench.path(name), "ab") as redirected:
@@ -295,7 +342,7 @@ def works(bench, job):
     if job.ends is None:
         return
     before = bench.picture().keys()
-    for _ in range(2):  # a second time, it replaces its own files
+    for _ in range(2 if job.ends == 0 else 1):  # a second time, it replaces its own files
         done = bench.run(words_with(job, job.outputs))
         assert done.returncode == job.ends, (words_with(job, job.outputs), done.returncode, done.stderr)
     written = bench.picture().keys() - before
@@ -371,6 +418,7 @@ def prepare(bench):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(os.path.abspath(sys.argv[1]), pathlib.Path(folder))
+        bench.special_files = [kind for kind in SPECIAL_FILES if kind != "a device" or may_make_devices(bench.folder)]
         table_is_complete(bench)
         prepare(bench)
         writes_through(bench)
@@ -383,8 +431,8 @@ def main():
                 against_special_files(bench, job, option)
                 against_other_formats(bench, job, option)
         print(f"{bench.tried} refusals of {len(JOBS)} command lines")
-        if os.geteuid() != 0:
-            print("not root: character devices were not made, links to /dev/null were")
+        if "a device" not in bench.special_files:
+            print("character devices could not be made, links to /dev/null were")
 
 
 main()
