@@ -21,7 +21,8 @@ PREFIXES = ("SYMRIG_", "BENCH_", "ASAN_", "LSAN_", "UBSAN_", "TSAN_", "GTEST_", 
 NAMES = ("PATH", "LANG", "TERM")
 # no_timer_check: on a busy computer the kernel's first ticks come late, and it would treat its timer as broken.
 KERNEL_ARGUMENTS = (
-    "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr random.trust_cpu=on no_timer_check".split()
+    "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr random.trust_cpu=on no_timer_check"
+    " cryptomgr.notests apparmor=0 audit=0 rcupdate.rcu_expedited=1 init_on_alloc=0".split()
 )
 
 
