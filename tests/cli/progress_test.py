@@ -16,7 +16,7 @@ import termios
 import unicodedata
 
 CLEAR = "\r\x1b[K"
-RIG = "sim:gummy?size=160x160&noise=off"
+RIG = "sim:gummy?size=112x112&noise=off"
 
 
 def set_columns(terminal, columns):
