@@ -128,29 +128,33 @@ Both both(const std::string& uri) {
   return {*capture(**once, six), *capture(**again, default_options())};
 }
 
-TEST(FurtherChecks, change_the_estimates_and_nothing_else) {
-  for (const char* uri : {"sim:random?seed=5&size=32x32&noise=camera", "sim:gummy?size=40x32&seed=921"}) {
-    const Both captures = both(uri);
-    const std::int64_t further = captures.with.patterns - captures.without.patterns;
-    ASSERT_GT(further, 0) << uri;
-    EXPECT_EQ(further % Checks::kFurther, 0) << uri;
-    EXPECT_LE(static_cast<double>(further),
-              default_economy(Algorithm::symrig).check_share * static_cast<double>(captures.without.patterns))
-        << uri;
-    EXPECT_EQ(captures.with.held_out.size(), 6U + static_cast<std::size_t>(further)) << uri;
-    EXPECT_EQ(captures.with.patterns_per_level.back(), captures.without.patterns_per_level.back() + further)
-        << uri;
-    // The tensor: equal pictures of equal light.
-    const Image<float> light = natural_pattern(captures.with.tensor.projector_grid(), 4);
-    EXPECT_EQ(*captures.with.tensor.apply(light), *captures.without.tensor.apply(light)) << uri;
-    EXPECT_EQ(captures.with.tensor.bytes(), captures.without.tensor.bytes()) << uri;
-    // They show other light than the flood-lit photographs before them, which tell the noise.
-    EXPECT_EQ(captures.with.noise_check.variance_ratio, captures.without.noise_check.variance_ratio) << uri;
-    EXPECT_EQ(captures.with.noise_check.shared_ratio, captures.without.noise_check.shared_ratio) << uri;
-    EXPECT_EQ(captures.with.noise_check.lamp, captures.without.noise_check.lamp) << uri;
-    EXPECT_LT(captures.with.estimated_half_width.flood, captures.without.estimated_half_width.flood) << uri;
-  }
+class FurtherChecksOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(FurtherChecksOf, change_the_estimates_and_nothing_else) {
+  const std::string uri = GetParam();
+  const Both captures = both(uri);
+  const std::int64_t further = captures.with.patterns - captures.without.patterns;
+  ASSERT_GT(further, 0) << uri;
+  EXPECT_EQ(further % Checks::kFurther, 0) << uri;
+  EXPECT_LE(static_cast<double>(further),
+            default_economy(Algorithm::symrig).check_share * static_cast<double>(captures.without.patterns))
+      << uri;
+  EXPECT_EQ(captures.with.held_out.size(), 6U + static_cast<std::size_t>(further)) << uri;
+  EXPECT_EQ(captures.with.patterns_per_level.back(), captures.without.patterns_per_level.back() + further)
+      << uri;
+  // The tensor: equal pictures of equal light.
+  const Image<float> light = natural_pattern(captures.with.tensor.projector_grid(), 4);
+  EXPECT_EQ(*captures.with.tensor.apply(light), *captures.without.tensor.apply(light)) << uri;
+  EXPECT_EQ(captures.with.tensor.bytes(), captures.without.tensor.bytes()) << uri;
+  // They show other light than the flood-lit photographs before them, which tell the noise.
+  EXPECT_EQ(captures.with.noise_check.variance_ratio, captures.without.noise_check.variance_ratio) << uri;
+  EXPECT_EQ(captures.with.noise_check.shared_ratio, captures.without.noise_check.shared_ratio) << uri;
+  EXPECT_EQ(captures.with.noise_check.lamp, captures.without.noise_check.lamp) << uri;
+  EXPECT_LT(captures.with.estimated_half_width.flood, captures.without.estimated_half_width.flood) << uri;
 }
+INSTANTIATE_TEST_SUITE_P(Rigs, FurtherChecksOf,
+                         testing::Values("sim:random?seed=5&size=32x32&noise=camera",
+                                         "sim:gummy?size=40x32&seed=921"));
 
 TEST(FurtherChecks, stay_within_a_budget_of_photographs) {
   const std::string uri = "sim:random?seed=5&size=32x32&noise=camera";
