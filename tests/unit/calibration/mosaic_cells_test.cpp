@@ -115,8 +115,14 @@ Registration registered(const char* keys, const Tint& tint = {1, 1, 1}) {
 
 constexpr const char* kSmall = "&camera=128x128&turn=1.5&zoom=0.784&shift=3.3,-2.1";
 
+/// In white light, for the cases that change only copies of it.
+const Registration& white() {
+  static const Registration found = registered(kSmall);
+  return found;
+}
+
 TEST(MosaicCells, gather_each_colour_from_the_pixels_of_its_filter) {
-  const Registration found = registered(kSmall);
+  const Registration& found = white();
   const auto weights = found.weights_of_mosaic(kRggb);
   ASSERT_TRUE(weights.ok()) << weights.error().line();
   EXPECT_EQ(weights->channels(), 3);
@@ -168,10 +174,10 @@ TEST(MosaicCells, motion_is_found_by_the_pixels_of_each_colour) {
 }
 
 TEST(MosaicCells, are_refused_where_another_filter_would_mix_the_colours) {
-  Registration ghost = registered(kSmall);
+  Registration ghost = white();
   ghost.ghost.found = true;
   EXPECT_EQ(ghost.weights_of_mosaic(kRggb).error().code, ErrorCode::bad_argument);
-  Registration blurred = registered(kSmall);
+  Registration blurred = white();
   blurred.blur = {.projector = 0.4, .camera = 0.1, .measured = true};
   EXPECT_EQ(blurred.weights_of_mosaic(kRggb).error().code, ErrorCode::bad_argument);
   const auto three = open_virtual_rig(std::string("sim:plane?size=24x24&channels=3") + kSmall);
