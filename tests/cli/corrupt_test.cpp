@@ -5,9 +5,15 @@
 #include "command.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace symrig::test::corrupt_test {
 namespace {
+
+/// Each case starts the command. tests/fuzz/structured tries many more in one process.
+std::size_t cases(std::size_t usual, std::size_t in_a_campaign) {
+  return std::getenv("SYMRIG_LONG") != nullptr ? in_a_campaign : usual;
+}
 
 class Corrupt : public CommandTest {
  protected:
@@ -20,9 +26,9 @@ class Corrupt : public CommandTest {
 };
 
 TEST_F(Corrupt, a_truncated_file_is_refused_wherever_it_was_cut) {
-  constexpr std::size_t kCuts = 48;
-  for (std::size_t k = 0; k < kCuts; ++k) {
-    const std::size_t size = whole_.size() * k / kCuts;
+  const std::size_t cuts = cases(16, 48);
+  for (std::size_t k = 0; k < cuts; ++k) {
+    const std::size_t size = whole_.size() * k / cuts;
     write_text(path("cut.h5"), whole_.substr(0, size));
     expect_refusal({"inspect", "cut.h5"}, kBadInput, {"cut.h5"});
     if (HasFailure()) FAIL() << "cut to " << size << " bytes";
@@ -35,10 +41,10 @@ TEST_F(Corrupt, a_truncated_file_is_refused_wherever_it_was_cut) {
 
 // Offsets from a linear congruential sequence, dense in the head, where the structure of HDF5 is.
 TEST_F(Corrupt, a_flipped_bit_is_refused_or_harmless) {
-  constexpr std::size_t kFlips = 240;
+  const std::size_t flips = cases(60, 240);
   std::uint64_t state = 12345;
   int refused = 0;
-  for (std::size_t k = 0; k < kFlips; ++k) {
+  for (std::size_t k = 0; k < flips; ++k) {
     state = state * 6364136223846793005U + 1442695040888963407U;
     const std::size_t range = k % 2 == 0 ? whole_.size() : std::min<std::size_t>(whole_.size(), 4096);
     const std::size_t offset = static_cast<std::size_t>(state >> 33U) % range;

@@ -40,7 +40,7 @@ TEST_F(Import, compresses_a_matrix_and_compares) {
 
 // Blocks across views need fewer photographs than a picture that is cut without regard to them.
 TEST_F(Import, views_are_as_stated) {
-  capture_small("sim:views2?size=24x24&noise=off");
+  capture_small("sim:views2?size=16x16&noise=off");
   ASSERT_EQ(symrig({"export", "scene.h5", "--dense", "T.npy"}).code, 0);
   const auto patterns = [this](const std::vector<std::string>& more) {
     std::vector<std::string> words{"import", "T.npy", "-o", "new.h5", "--json", "import.json"};
@@ -50,13 +50,13 @@ TEST_F(Import, views_are_as_stated) {
     return json("import.json").at("patterns").get<int>();
   };
   EXPECT_LT(patterns({"--views", "2x2"}), patterns({}));
-  EXPECT_EQ(patterns({"--grid", "24x24", "--views", "1x1"}), patterns({"--grid", "24x24"}));
+  EXPECT_EQ(patterns({"--grid", "16x16", "--views", "1x1"}), patterns({"--grid", "16x16"}));
   EXPECT_EQ(symrig({"relight", "new.h5", "--light", "white", "--from-view", "0,1", "-o", "out.pfm"}).code,
             kUsage)
       << "a tensor of one view";
   patterns({"--views", "2x2"});
   EXPECT_EQ(symrig({"relight", "new.h5", "--light", "white", "--from-view", "0,1", "-o", "out.pfm"}).code, 0);
-  expect_refusal({"import", "T.npy", "-o", "other.h5", "--views", "25x1"}, kUsage, {"25x1", "24x24"});
+  expect_refusal({"import", "T.npy", "-o", "other.h5", "--views", "17x1"}, kUsage, {"17x1", "16x16"});
   expect_refusal({"import", "T.npy", "-o", "other.h5", "--views", "two"}, kUsage, {"views=two"});
 }
 
