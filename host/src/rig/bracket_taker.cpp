@@ -42,13 +42,13 @@ Error run_failed(const Receipt& receipt) {
 }  // namespace
 
 BracketTaker::BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options)
-    : devices_(std::move(devices)), options_(options), ledger_(options.ledger) {}
+    : devices_(std::move(devices)), options_(options), ledgers_(options.ledger, 1) {}
 
 Result<void> BracketTaker::open() {
   SYMRIG_CHECK(devices_->open());
   LedgerOptions ledger = options_.ledger;
   ledger.readout += std::max(Nanoseconds{0}, camera().timing().readout - options_.setup.camera.readout);
-  ledger_ = CameraLedger(ledger);
+  ledgers_ = CameraLedgers(ledger, camera().count());
   return {};
 }
 
@@ -145,8 +145,8 @@ Result<bool> BracketTaker::show(std::size_t index) {
 Result<void> BracketTaker::lock(Nanoseconds exposure) {
   RigSetup blind = options_.setup.without(RigRole::projector).without(RigRole::vsync);
   blind.projector.sync = PatternSync::vsync;  // no line has this role: the guards wait for nothing
-  const std::vector<Exposures> guards(std::max(ledger_.guards_needed(), 1), Exposures{exposure});
-  for (int tries = 0; ledger_.needs_guards(); ++tries) {
+  const std::vector<Exposures> guards(std::max(ledgers_.guards_needed(), 1), Exposures{exposure});
+  for (int tries = 0; ledgers_.needs_guards(); ++tries) {
     if (tries == std::max(kLockTries, options_.retakes)) return give_up(tries);
     SYMRIG_CHECK(run(blind, guards));
   }
@@ -173,14 +173,14 @@ Result<BracketTaker::Brackets> BracketTaker::run(const CompiledProgram& program,
   frames_ += static_cast<std::int64_t>(evidence.exposures.size());
   split_time(evidence, seconds(receipt.duration()));
   SYMRIG_TRY(auto frames, frames_of(evidence.exposures.size()));
-  const RunIdentity identity = identify(evidence.exposures, frames);
+  JudgedFrames judged = identify(evidence.exposures, std::move(frames));
   trouble_.unanswered += evidence.unanswered;
   trouble_.unasked += evidence.unasked;
   Brackets brackets(exposures.size());
   const bool spoiled = !receipt.clean();
   if (spoiled) {
     ++trouble_.spoiled_runs;
-    ledger_.doubt();
+    ledgers_.doubt();
   }
   std::vector<bool> planes_proved(exposures.size(), true);
   if (schedule != nullptr) {
@@ -194,13 +194,14 @@ Result<BracketTaker::Brackets> BracketTaker::run(const CompiledProgram& program,
     TakenBracket bracket;
     for (std::size_t j = first[i]; j < first[i + 1]; ++j) {
       const auto pulse = evidence.pulse_of[j];
-      if (!pulse || !identity.frame[*pulse]) break;
-      bracket.frames.push_back(std::move(frames[*identity.frame[*pulse]]));
+      if (!pulse || !judged.frame[*pulse]) break;
+      bracket.frames.push_back(*std::move(judged.frame[*pulse]));
       bracket.exposures.push_back(evidence.widths[*pulse]);
     }
     if (bracket.frames.size() == exposures[i].size()) brackets[i] = std::move(bracket);
   }
-  last_ = identity.counts;
+  last_ = judged.counts;
+  last_trouble_ = std::move(judged.trouble);
   last_unanswered_ = evidence.unanswered;
   return brackets;
 }
@@ -264,8 +265,8 @@ void BracketTaker::split_time(const BoardEvidence& evidence, double run_seconds)
 
 /// Judges frames that came too late for their run.
 Result<void> BracketTaker::drain() {
-  SYMRIG_TRY(const auto late, devices_->of(Part::camera, devices_->camera().take(0, Nanoseconds{0})));
-  if (!late.empty()) identify({}, late);
+  SYMRIG_TRY(auto late, devices_->of(Part::camera, devices_->camera().take(0, Nanoseconds{0})));
+  if (!late.empty()) identify({}, std::move(late));
   return {};
 }
 
@@ -273,20 +274,17 @@ Result<void> BracketTaker::drain() {
 Result<std::vector<CameraFrame>> BracketTaker::frames_of(std::size_t count) {
   Camera& camera = devices_->camera();
   SYMRIG_TRY(auto frames, devices_->of(Part::camera, camera.take(count, options_.frame_patience)));
-  if (frames.size() < count) return frames;
+  if (frames.size() < count * camera.count()) return frames;
   SYMRIG_TRY(auto more, devices_->of(Part::camera, camera.take(1, options_.linger)));
   std::move(more.begin(), more.end(), std::back_inserter(frames));
   return frames;
 }
 
-RunIdentity BracketTaker::identify(std::span<const SeenExposure> exposures,
-                                   std::span<const CameraFrame> frames) {
-  std::vector<SeenFrame> seen;
-  seen.reserve(frames.size());
-  for (const CameraFrame& frame : frames) seen.push_back(camera_evidence(frame, devices_->camera().noise()));
-  RunIdentity identity = ledger_.judge(exposures, seen);
-  trouble_.frames += identity.counts;
-  return identity;
+JudgedFrames BracketTaker::identify(std::span<const SeenExposure> exposures,
+                                    std::vector<CameraFrame> frames) {
+  JudgedFrames judged = ledgers_.judge(exposures, std::move(frames), devices_->camera());
+  trouble_.frames += judged.counts;
+  return judged;
 }
 
 /// true: the screen reported the pattern before the first exposure began.
@@ -301,8 +299,8 @@ Result<void> BracketTaker::recover(const Error& error) {
   trouble_.boards_reopened += part == Part::board;
   trouble_.cameras_reopened += part == Part::camera;
   trouble_.projectors_reopened += part == Part::projector;
-  if (part == Part::camera) ledger_.restart();
-  if (part == Part::board) ledger_.doubt();
+  if (part == Part::camera) ledgers_.restart();
+  if (part == Part::board) ledgers_.doubt();
   if (part == Part::projector) {
     loaded_ = false;
     shown_.reset();
@@ -311,7 +309,7 @@ Result<void> BracketTaker::recover(const Error& error) {
 }
 
 Error BracketTaker::give_up(int tries) const {
-  std::string trouble = last_.trouble();
+  std::string trouble = last_trouble_;
   if (last_unanswered_ > 0)
     trouble +=
         fmt::format("{}{} triggers without an exposure", trouble.empty() ? "" : ", ", last_unanswered_);

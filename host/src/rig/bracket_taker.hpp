@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "rig/camera_ledgers.hpp"
 #include "rig/device_set.hpp"
 #include "rig/evidence.hpp"
 #include "rig/plane_evidence.hpp"
@@ -48,7 +49,7 @@ class BracketTaker {
                                          std::span<const Exposures> exposures, PlaneScheduler planner);
 
   /// The camera's sequence numbers jump: frames of an earlier run of symrig are between.
-  void forget_numbers() { ledger_.restart(); }
+  void forget_numbers() { ledgers_.restart(); }
 
   const Camera& camera() const { return devices_->camera(); }
   const Projector& projector() const { return devices_->projector(); }
@@ -98,7 +99,7 @@ class BracketTaker {
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
   void split_time(const BoardEvidence& evidence, double run_seconds);
-  RunIdentity identify(std::span<const SeenExposure> exposures, std::span<const CameraFrame> frames);
+  JudgedFrames identify(std::span<const SeenExposure> exposures, std::vector<CameraFrame> frames);
   bool began_after_pattern(const BoardEvidence& evidence) const;
   Result<void> recover(const Error& error);
   Error give_up(int tries) const;
@@ -107,9 +108,10 @@ class BracketTaker {
 
   std::unique_ptr<DeviceSet> devices_;
   const RigOptions& options_;
-  CameraLedger ledger_;
+  CameraLedgers ledgers_;
   RigTrouble trouble_;
   FrameCounts last_;  // of the newest run that left a bracket in doubt
+  std::string last_trouble_;
   std::int64_t last_unanswered_ = 0;
   std::optional<PlaneProof> last_planes_;  // why an exposure of the newest run is in doubt
   std::optional<Shown> shown_;             // Pacing::host: the pattern on the screen

@@ -39,6 +39,7 @@ struct CameraFrame {
   std::vector<std::uint16_t> raw;
   /// Extra data for the camera's own FrameReading, such as chunk data. Most cameras leave it empty.
   std::any attachment = {};
+  std::size_t camera = 0;  ///< which one of several cameras on one trigger: Camera::part(camera)
 };
 
 /// A camera that exposes while its trigger line is high. The board times the exposures. The camera only
@@ -63,6 +64,10 @@ class Camera {
   /// ledger decides which frame belongs to which exposure.
   /// fails: device_lost.
   virtual Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) = 0;
+  /// How many cameras deliver these frames. Several cameras expose together, on one trigger line.
+  virtual std::size_t count() const { return 1; }
+  /// The camera whose frames have CameraFrame::camera == index.
+  virtual const Camera& part(std::size_t /*index*/) const { return *this; }
   /// One line for reports.
   virtual std::string describe() const = 0;
 };
