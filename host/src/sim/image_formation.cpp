@@ -68,9 +68,22 @@ ImageFormation::Light ImageFormation::during(std::span<const Share> shares) cons
 }
 
 std::vector<std::uint16_t> ImageFormation::expose(const Image<float>& light, double seconds,
-                                                  std::uint64_t frame) const {
-  std::vector<std::uint16_t> codes(light.values().size());
-  sensor_.expose(light.values(), seconds, frame, codes);
+                                                  std::uint64_t frame, const Tile& tile) const {
+  const auto row_size = static_cast<std::size_t>(tile.grid.cols);
+  std::vector<std::uint16_t> codes(static_cast<std::size_t>(tile.grid.size()) * light.channels());
+  std::span<std::uint16_t> left = codes;
+  if (tile.grid == light.grid()) {
+    sensor_.expose(light.values(), seconds, frame, left);
+    return codes;
+  }
+  for (int c = 0; c < light.channels(); ++c)
+    for (int row = 0; row < tile.grid.rows; ++row) {
+      const std::size_t first = static_cast<std::size_t>(c) * light.grid().size() +
+                                static_cast<std::size_t>(tile.row + row) * light.grid().cols +
+                                static_cast<std::size_t>(tile.col);
+      sensor_.expose(light.values().subspan(first, row_size), seconds, frame, left.first(row_size), first);
+      left = left.subspan(row_size);
+    }
   return codes;
 }
 

@@ -36,8 +36,14 @@ class ImageFormation {
   Light light_of(const Image<float>& pattern, std::uint64_t shown_before) const;
   /// Mean radiance of an exposure: Σ share · light. The screen is dark for the rest, up to 1.
   Light during(std::span<const Share> shares) const;
-  /// The codes of frame number `frame` for this exposure time (> 0). Equal arguments give equal codes.
-  std::vector<std::uint16_t> expose(const Image<float>& light, double seconds, std::uint64_t frame) const;
+  /// The codes in one tile of frame number `frame`, for this exposure time (> 0). Equal arguments give equal
+  /// codes, whatever the tile.
+  std::vector<std::uint16_t> expose(const Image<float>& light, double seconds, std::uint64_t frame,
+                                    const Tile& tile) const;
+  /// The same of the whole frame.
+  std::vector<std::uint16_t> expose(const Image<float>& light, double seconds, std::uint64_t frame) const {
+    return expose(light, seconds, frame, Tile{0, 0, light.grid()});
+  }
 
   Grid cells() const { return cells_; }
   Grid camera() const { return view_.camera(); }

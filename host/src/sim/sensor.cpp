@@ -26,10 +26,10 @@ std::uint16_t code_of(const NoiseModel& noise, double electrons, double z) {
 }  // namespace
 
 void Sensor::expose(std::span<const float> radiance, double seconds, std::uint64_t frame,
-                    std::span<std::uint16_t> codes) const {
+                    std::span<std::uint16_t> codes, std::uint64_t first) const {
   const std::uint64_t key = combine(combine(0x5e4504, seed), frame);
   for (std::size_t i = 0; i < radiance.size(); ++i) {
-    const std::uint64_t bits = combine(key, i);
+    const std::uint64_t bits = combine(key, first + i);
     const double mean = sensitivity * seconds * static_cast<double>(radiance[i]);
     const auto electrons = poisson_quantile(mean, open_unit(static_cast<std::uint32_t>(bits >> 32U)));
     const double z = normal_quantile(open_unit(static_cast<std::uint32_t>(bits)));

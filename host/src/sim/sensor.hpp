@@ -23,9 +23,10 @@ struct Sensor {
   double sensitivity;  ///< electrons per second at radiance 1
   std::uint64_t seed;
 
-  /// radiance: channels × grid values; codes: the same number. seconds > 0.
+  /// radiance: some of channels × grid values; codes: the same number. first: index of the first one among
+  /// all values of the frame. seconds > 0.
   void expose(std::span<const float> radiance, double seconds, std::uint64_t frame,
-              std::span<std::uint16_t> codes) const;
+              std::span<std::uint16_t> codes, std::uint64_t first = 0) const;
 };
 
 }  // namespace symrig::sim

@@ -18,7 +18,8 @@ Result<std::vector<CameraFrame>> SimulatedCamera::take(std::size_t /*count*/, Na
     exposures.push_back({taken_ + i, frames[i].begin, frames[i].end});
   taken_ += frames.size();
   shutter_.reset();
-  auto developed = develop_(exposures);
+  if (exposures.empty()) return std::vector<CameraFrame>{};
+  SYMRIG_TRY(auto developed, develop_(exposures));
   if (spec_.tick_hz == 0) return developed;
   for (std::size_t i = 0; i < developed.size() && i < exposures.size(); ++i) {
     developed[i].stamp = {TickRate{spec_.tick_hz}.nanoseconds({exposures[i].end})};

@@ -31,7 +31,7 @@ struct SimulatedCameraSpec {
 class SimulatedCamera final : public Camera {
  public:
   /// Makes the frames of the given exposures, in the same order.
-  using Develop = std::function<std::vector<CameraFrame>(std::span<const SimulatedExposure>)>;
+  using Develop = std::function<Result<std::vector<CameraFrame>>(std::span<const SimulatedExposure>)>;
 
   /// shutter must outlive the camera.
   SimulatedCamera(SimulatedCameraSpec spec, board_sim::SimCamera& shutter, Develop develop);
