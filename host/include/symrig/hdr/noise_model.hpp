@@ -34,6 +34,12 @@ class NoiseModel {
   };
   static NoiseModel from_variance_line(const VarianceLine& line);
 
+  /// The numbers of another model, which came over a wire. Check valid() first.
+  static NoiseModel from_numbers(double full_well, double read_noise, double gain, double pedestal,
+                                 int bits) {
+    return {full_well, read_noise, gain, pedestal, bits};
+  }
+
   /// The same sensor, but light clips at a lower code than the largest one (white level). Changes full well
   /// and saturation.
   NoiseModel clipped_at(int code) const;

@@ -34,6 +34,9 @@ Result<Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds 
 Result<Fd> listen_unix(const std::string& path);
 /// A listening TCP port of this machine. fails: io (in use), bad_argument (a host of another machine).
 Result<Fd> listen_here(const std::string& host, std::uint16_t port);
+/// A listening TCP port of an address of this machine, which other machines can reach. fails: io (no such
+/// address, in use).
+Result<Fd> listen_tcp(const std::string& host, std::uint16_t port);
 
 /// Claims the vendor interface of the board whose serial number begins with `serial`. fails: device_lost (no
 /// such board, no permission, in use), bad_argument (several match), io (no USB).

@@ -6,6 +6,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -72,6 +73,26 @@ Result<Fd> listen_here(const std::string& host, std::uint16_t port) {
     return bound(address, AF_INET, place);
   }();
   if (fd && ::listen(fd->get(), kWaitingHosts) != 0) return no_socket(place);
+  return fd;
+}
+
+Result<Fd> listen_tcp(const std::string& host, std::uint16_t port) {
+  const std::string place = fmt::format("tcp:{}:{}", host, port);
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  wanted.ai_flags = AI_PASSIVE;
+  addrinfo* found = nullptr;
+  if (const int code = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found); code != 0)
+    return Error{ErrorCode::io, fmt::format("{}: there is no such address ({})", place, ::gai_strerror(code)),
+                 "give an address of this machine"};
+  Fd fd(::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, found->ai_protocol));
+  const int on = 1;
+  const bool listens = fd && ::setsockopt(fd.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof(on)) == 0 &&
+                       ::bind(fd.get(), found->ai_addr, found->ai_addrlen) == 0 &&
+                       ::listen(fd.get(), kWaitingHosts) == 0;
+  const Error error = no_socket(place);
+  ::freeaddrinfo(found);
+  if (!listens) return error;
   return fd;
 }
 

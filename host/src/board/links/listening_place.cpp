@@ -21,6 +21,13 @@ Result<ListeningPlace> ListeningPlace::open(const std::string& place) {
   return ListeningPlace(std::move(fd), local ? uri->place : std::string());
 }
 
+Result<ListeningPlace> ListeningPlace::open_to_network(const std::string& place) {
+  const auto uri = DeviceUri::parse(place);
+  if (!uri || uri->transport != Transport::tcp) return open(place);
+  SYMRIG_TRY(Fd fd, listen_tcp(uri->place, uri->port));
+  return ListeningPlace(std::move(fd), {});
+}
+
 ListeningPlace::~ListeningPlace() {
   if (!file_.empty()) ::unlink(file_.c_str());
 }

@@ -15,6 +15,9 @@ class ListeningPlace {
   /// place: "unix:PATH", which must not exist, or "tcp:HOST:PORT" with a HOST of this machine.
   /// fails: bad_argument (another place), io (the socket cannot be made).
   static Result<ListeningPlace> open(const std::string& place);
+  /// The same, and any address of this machine: other machines then reach it. Only for a server that demands
+  /// a secret.
+  static Result<ListeningPlace> open_to_network(const std::string& place);
   ListeningPlace(ListeningPlace&& other) noexcept
       : fd_(std::move(other.fd_)), file_(std::exchange(other.file_, {})) {}
   ListeningPlace& operator=(ListeningPlace&&) = delete;
