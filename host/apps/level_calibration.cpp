@@ -107,7 +107,7 @@ std::string result_text(const std::string& rig, const std::vector<FieldLight>& f
 
 Result<void> check_uncorrected(const std::string& rig) {
   if (!is_rig_file(rig)) return {};
-  SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
+  SYMRIG_TRY(const RigDescription file, read_rig_file(rig, RigUse::one_pair));
   if (file.projector.levels.empty()) return {};
   return Error{ErrorCode::bad_argument,
                fmt::format("{}: the rig file already corrects its levels by {}", rig, file.projector.levels),

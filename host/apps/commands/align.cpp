@@ -98,7 +98,7 @@ class Aligning {
 /// Projector pixels along the side of a cell, if a rig file says so.
 Result<int> cell_of(const std::string& rig) {
   if (!is_rig_file(rig)) return 0;
-  SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
+  SYMRIG_TRY(const RigDescription file, read_rig_file(rig, RigUse::one_pair));
   return file.projector.placement.cell;
 }
 

@@ -190,7 +190,7 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
 Result<std::string> output_of(const CalibrateArguments& arguments) {
   if (!arguments.output.empty() || arguments.rig.empty() || !is_rig_file(arguments.rig))
     return arguments.output;
-  SYMRIG_TRY(const RigDescription file, read_rig_file(arguments.rig));
+  SYMRIG_TRY(const RigDescription file, read_rig_file(arguments.rig, RigUse::one_pair));
   return file.registration.empty() ? file.map : file.registration;
 }
 
@@ -203,7 +203,7 @@ JobFiles files_of(const CalibrateArguments& arguments, const std::string& output
       .writes("--report", arguments.report, FileFormat::page)
       .writes("--json", arguments.json, FileFormat::json);
   if (arguments.rig.empty() || !is_rig_file(arguments.rig)) return files;
-  if (const auto rig = read_rig_file(arguments.rig))
+  if (const auto rig = read_rig_file(arguments.rig, RigUse::one_pair))
     files.measures_anew("-o", rig->map).measures_anew("-o", rig->registration);
   return files;
 }

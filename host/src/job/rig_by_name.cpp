@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/rig_by_name.hpp"
 
+#include "job/open_pairs.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/calibration/registration_file.hpp"
 #include "symrig/rig/exec_probe.hpp"
@@ -38,13 +39,14 @@ Result<OpenedRig> open_exec_rig(const std::string& rig, const KeepWaiting& keep_
   return OpenedRig{std::move(probe), nullptr, "camera"};
 }
 
-Result<RigDescription> read_checked(const std::string& rig) {
+Result<RigDescription> read_checked(const std::string& rig, RigUse use = RigUse::capture) {
   SYMRIG_CHECK(check_rig_exists(rig));
-  return read_rig_file(rig);
+  return read_rig_file(rig, use);
 }
 
 Result<OpenedRig> open_described(RigDescription file, const KeepWaiting& keep_waiting) {
   file.options.keep_waiting = keep_waiting;
+  if (!file.pairs.empty()) return job::open_pairs(std::move(file));
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
   return OpenedRig{std::move(real), inside, "camera"};
@@ -125,7 +127,7 @@ Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
 namespace {
 
 Result<OpenedRig> open_with(const std::string& rig, const std::function<void(RigOptions&)>& set,
-                            const KeepWaiting& keep_waiting) {
+                            const KeepWaiting& keep_waiting, RigUse use) {
   if (is_simulated(rig)) {
     VirtualRigHooks hooks;
     hooks.options = set;
@@ -136,7 +138,7 @@ Result<OpenedRig> open_with(const std::string& rig, const std::function<void(Rig
   }
   if (is_exec(rig)) return open_exec_rig(rig, keep_waiting);
   if (is_dense(rig)) return open_dense_rig(rig);
-  SYMRIG_TRY(RigDescription file, read_checked(rig));
+  SYMRIG_TRY(RigDescription file, read_checked(rig, use));
   set(file.options);
   return open_described(std::move(file), keep_waiting);
 }
@@ -147,7 +149,7 @@ Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> expos
                                 const KeepWaiting& keep_waiting) {
   return open_with(
       rig, [exposures](RigOptions& options) { options.exposures = exposures.value_or(options.exposures); },
-      keep_waiting);
+      keep_waiting, RigUse::capture);
 }
 
 Result<OpenedRig> open_rig_to_calibrate(const std::string& rig, const KeepWaiting& keep_waiting) {
@@ -156,7 +158,7 @@ Result<OpenedRig> open_rig_to_calibrate(const std::string& rig, const KeepWaitin
       [](RigOptions& options) {
         if (options.exposures == 0) options.exposures = kUnforeseenExposures;
       },
-      keep_waiting);
+      keep_waiting, RigUse::one_pair);
 }
 
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration,

@@ -3,11 +3,14 @@
 
 #include "camera/driver.hpp"
 #include "projector/driver.hpp"
+#include "rig/pairs/each_pair.hpp"
 #include "rig/sensor_facts.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/rig/device_pair.hpp"
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -30,7 +33,48 @@ Error wrong_grid(const RigDescription& file, Grid camera) {
 
 }  // namespace
 
+namespace {
+
+/// The devices of all pairs, opened together. The board is one.
+RigDevices devices_of_pairs(const RigDescription& file) {
+  std::vector<RigDevices> each;
+  const PairLayout layout = pair_layout_of(file);
+  for (std::size_t k = 0; k < file.pairs.size(); ++k) {
+    const auto& address = file.pairs[k].address;
+    each.push_back(
+        address ? linked_devices(*address, layout.layout, k, layout.tile(k).grid, file.options.keep_waiting)
+                : devices_of(file.one_pair(k)));
+  }
+  RigDevices devices;
+  devices.board = [file] { return open_board(file); };
+  devices.camera = [each, layout]() -> Result<std::unique_ptr<Camera>> {
+    std::vector<std::unique_ptr<Camera>> cameras(each.size());
+    SYMRIG_CHECK(rig::for_each_pair(each.size(), [&](std::size_t k) -> Result<void> {
+      SYMRIG_TRY(cameras[k], each[k].camera());
+      return {};
+    }));
+    return join_cameras(std::move(cameras), layout);
+  };
+  devices.projector = [each, layout]() -> Result<std::unique_ptr<Projector>> {
+    std::vector<std::unique_ptr<Projector>> projectors(each.size());
+    SYMRIG_CHECK(rig::for_each_pair(each.size(), [&](std::size_t k) -> Result<void> {
+      SYMRIG_TRY(projectors[k], each[k].projector());
+      return {};
+    }));
+    return join_projectors(std::move(projectors), layout);
+  };
+  return devices;
+}
+
+}  // namespace
+
+PairLayout pair_layout_of(const RigDescription& file) {
+  const Grid one = file.grid.value_or(Grid{});
+  return {file.pair_layout, {one.rows * file.pair_layout.rows, one.cols * file.pair_layout.cols}};
+}
+
 RigDevices devices_of(const RigDescription& file) {
+  if (!file.pairs.empty()) return devices_of_pairs(file);
   RigDevices devices;
   devices.board = [file] { return open_board(file); };
   // Without a registration, patterns have the camera's grid, which is known only after the camera was opened.

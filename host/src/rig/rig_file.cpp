@@ -25,8 +25,8 @@ constexpr std::uint64_t kMaxFile = 1U << 20U;
 /// Added to the profile's readout for the clock bounds, so that a stamp never fits two exposures.
 constexpr Nanoseconds kClockMargin{500'000};
 
-void read_board(TableReader& top, RigDescription& file) {
-  top.require("board", "a [board] table");
+void read_board(TableReader& top, RigUse use, RigDescription& file) {
+  if (use != RigUse::served) top.require("board", "a [board] table");
   const base::TomlNode* node = top.find("board");
   if (node == nullptr) return;
   TableReader table(*node, "board", top.context());
@@ -59,16 +59,6 @@ void read_map(TableReader& top, const std::filesystem::path& folder, RigDescript
   if (path.extension() != ".exr" && path.extension() != ".pfm")
     return top.fail("map", "\"" + map + "\" cannot hold positions", "give a .exr or .pfm");
   file.map = (path.is_absolute() ? path : folder / path).string();
-}
-
-/// Reads the path of the registration, relative to the rig file. The file itself may still be missing.
-void read_registration(TableReader& top, const std::filesystem::path& folder, RigDescription& file) {
-  std::string text;
-  if (!top.read("registration", text)) return;
-  const std::filesystem::path path(text);
-  if (path.extension() != ".h5")
-    return top.fail("registration", "\"" + text + "\" is not an HDF5 file", "give a name that ends in .h5");
-  file.registration = (path.is_absolute() ? path : folder / path).string();
 }
 
 /// Reads the projector's measured response.
@@ -139,6 +129,16 @@ void check_devices(const RigDescription& file, ReadContext& context) {
                  "the board triggers the camera: add [rig.lines.NAME] role = \"camera\"");
 }
 
+/// What several pairs cannot have.
+void check_pairs(TableReader& top, const RigDescription& file) {
+  if (!file.registration.empty())
+    top.fail("registration", "several pairs have one each", "write it below [[pair]]");
+  if (file.colour)
+    top.fail("pair", "capture.colour is for one pair", "use cameras without a mosaic, or one pair");
+  if (file.registers_again)
+    top.fail("pair", "capture.moved = \"register\" is for one pair", "remove the key");
+}
+
 void settle_options(RigDescription& file) {
   RigOptions& options = file.options;
   options.setup = wired(file);
@@ -149,10 +149,33 @@ void settle_options(RigDescription& file) {
 
 }  // namespace
 
-std::string RigDescription::identity() const {
-  std::string text = fmt::format("{}: {}; {}", name, camera.source->identity(sensor_facts(*this)),
+namespace {
+
+std::string identity_of_devices(const RigDescription& rig) {
+  const ProjectorEntry& projector = rig.projector;
+  std::string text = fmt::format("{}; {}", rig.camera.source->identity(sensor_facts(rig)),
                                  projector.source->identity(projector.placement));
   if (!projector.levels.empty()) text += fmt::format(", levels {}", projector.levels);
+  return text;
+}
+
+}  // namespace
+
+RigDescription RigDescription::one_pair(std::size_t pair) const {
+  RigDescription one = *this;
+  one.pairs.clear();
+  one.camera = pairs[pair].camera;
+  one.projector = pairs[pair].projector;
+  one.registration = pairs[pair].registration;
+  return one;
+}
+
+std::string RigDescription::identity() const {
+  std::string text = fmt::format("{}: ", name);
+  if (pairs.empty()) text += identity_of_devices(*this);
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    text += fmt::format("{}pair {}: {}", k == 0 ? "" : "; ", k + 1,
+                        pairs[k].address ? pairs[k].address->uri.text() : identity_of_devices(one_pair(k)));
   if (options.exposures == 0) return text + "; exposures planned";
   return text + fmt::format("; {} exposures, ratio {}", options.exposures, options.ratio);
 }
@@ -170,12 +193,17 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   top.read_count("symrig", version, 1, 1);
   top.read("name", file.name);
   read_map(top, folder, file);
-  read_registration(top, folder, file);
-  read_board(top, file);
+  read_registration(top, folder, file.registration);
+  read_board(top, use, file);
   program::read_rig(top.find("rig"), folder, context, file.setup);
-  read_camera_entry(top, use, file);
-  read_projector_entry(top, file);
+  if (top.has("pair")) {
+    read_pair_entries(top, folder, use, file);
+  } else {
+    read_camera_entry(top, use, file);
+    read_projector_entry(top, file);
+  }
   read_capture_entry(top, file);
+  if (!file.pairs.empty()) check_pairs(top, file);
   if (file.registers_again && file.registration.empty() && context.state)
     top.fail("registration", "capture.moved = \"register\" needs it",
              "give registration = \"registration.h5\"");
@@ -185,8 +213,14 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   if (!file.registration.empty() && !file.grid && context.state)
     top.fail("registration", "it needs capture.grid", "give the projector's cells: grid = \"ROWSxCOLUMNS\"");
   top.finish();
-  if (context.state) check_devices(file, context);
+  const bool has_devices = file.camera.source != nullptr;  // else all pairs are behind servers
+  if (context.state && has_devices) check_devices(file, context);
   if (!context.state) return context.state.error();
+  for (PairEntry& pair : file.pairs) {
+    if (pair.address) continue;
+    SYMRIG_CHECK(read_sensor(folder, use, pair.camera));
+    SYMRIG_CHECK(read_levels(folder, pair.projector));
+  }
   SYMRIG_CHECK(read_sensor(folder, use, file.camera));
   SYMRIG_CHECK(read_levels(folder, file.projector));
   settle_options(file);

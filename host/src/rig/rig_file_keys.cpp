@@ -111,12 +111,25 @@ void read_moved(TableReader& table, bool& registers_again) {
   registers_again = text == "register";
 }
 
-void read_views(TableReader& table, ViewLayout& views) {
+void read_layout(TableReader& table, std::string_view key, ViewLayout& layout) {
   std::string text;
-  if (!table.read("views", text)) return;
+  if (!table.read(key, text)) return;
   const auto sides = two_sides(text);
-  if (!sides) return table.fail("views", "\"" + text + "\" is not a layout", "give rows x columns, \"2x2\"");
-  views = {sides->first, sides->second};
+  if (!sides) return table.fail(key, "\"" + text + "\" is not a layout", "give rows x columns, \"2x2\"");
+  layout = {sides->first, sides->second};
+}
+
+/// The layout of the pairs, and by default that of the views.
+void read_pair_layout(TableReader& table, RigDescription& rig) {
+  if (rig.pairs.empty()) return;
+  rig.pair_layout = {1, static_cast<int>(rig.pairs.size())};
+  read_layout(table, "pairs", rig.pair_layout);
+  if (rig.pair_layout.count() != std::ssize(rig.pairs))
+    table.fail("pairs",
+               fmt::format("{} has {} places, but the file has {} [[pair]]", to_string(rig.pair_layout),
+                           rig.pair_layout.count(), rig.pairs.size()),
+               "give rows x columns of pairs, \"1x2\"");
+  rig.options.views = rig.pair_layout;
 }
 
 }  // namespace
@@ -160,7 +173,8 @@ void read_capture_entry(TableReader& top, RigDescription& rig) {
     table.read_whole("black", options.black_photographs, 0, 1000);
     table.read_whole("reference_every", options.reference_every, 0, 1'000'000);
     table.read_number("lamp_drift", options.lamp_drift, 1e-6, 100);
-    read_views(table, options.views);
+    read_pair_layout(table, rig);
+    read_layout(table, "views", options.views);
     table.read("colour", rig.colour);
     read_moved(table, rig.registers_again);
     table.read_whole("retakes", options.retakes, 0, 1000);

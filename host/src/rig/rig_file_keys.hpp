@@ -4,11 +4,19 @@
 #include "base/table_reader.hpp"
 #include "symrig/rig/rig_description.hpp"
 
+#include <filesystem>
+#include <string>
+
 namespace symrig {
 
 /// Read `[camera]`, `[projector]` and `[capture]` of a rig file. They add errors to the reader's context.
 void read_camera_entry(base::TableReader& top, RigUse use, RigDescription& rig);
 void read_projector_entry(base::TableReader& top, RigDescription& rig);
 void read_capture_entry(base::TableReader& top, RigDescription& rig);
+/// Reads all `[[pair]]`. Each has `uri` and `secret`, or `[pair.camera]` and `[pair.projector]`.
+void read_pair_entries(base::TableReader& top, const std::filesystem::path& folder, RigUse use,
+                       RigDescription& rig);
+/// The path of a registration, relative to the rig file. The file itself may still be missing.
+void read_registration(base::TableReader& table, const std::filesystem::path& folder, std::string& file);
 
 }  // namespace symrig

@@ -46,8 +46,9 @@ TEST(RigFile, the_shortest_one_has_sound_defaults) {
 }
 
 TEST(RigFile, the_examples_are_read) {
-  for (const char* name : {"hdmi.toml", "bench.toml", "lightcrafter-4500.toml", "lightcrafter-6500.toml"}) {
-    const auto file = read_rig_file(std::string(SYMRIG_EXAMPLE_RIGS) + "/" + name);
+  for (const char* name :
+       {"hdmi.toml", "bench.toml", "two-pairs.toml", "lightcrafter-4500.toml", "lightcrafter-6500.toml"}) {
+    const auto file = read_rig_file(std::filesystem::path(SYMRIG_EXAMPLE_RIGS) / name);
     EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().line());
   }
 }
@@ -270,6 +271,64 @@ views = "2x2"
   const RigLine* interlock = file->options.setup.with_role(RigRole::interlock);
   ASSERT_NE(interlock, nullptr);
   EXPECT_EQ(interlock->config.trip_level, true);
+}
+
+const std::string kPairOfDevices = "[[pair]]\n[pair.camera]\n" + kSensor + "[pair.projector]\n";
+
+TEST(RigFile, several_pairs_have_one_board) {
+  const auto file = parse_rig_file(
+      kHead + "[[pair]]\nregistration = \"left.h5\"\n[pair.camera]\nguards = 9\n" + kSensor +
+          "[pair.projector]\ncell = 3\n[[pair]]\nuri = \"tcp:10.0.0.7:7001\"\nsecret = \"secret\"\n"
+          "[capture]\ngrid = \"24x20\"\n",
+      "rig.toml", "/home/rig");
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  ASSERT_EQ(file->pairs.size(), 2U);
+  EXPECT_EQ(file->pair_layout, (ViewLayout{1, 2}));
+  EXPECT_EQ(file->options.views, (ViewLayout{1, 2}));
+  EXPECT_EQ(pair_layout_of(*file).cells, (Grid{24, 40}));
+  EXPECT_EQ(file->pairs[0].registration, "/home/rig/left.h5");
+  EXPECT_EQ(file->pairs[0].projector.placement.cell, 3);
+  EXPECT_EQ(file->pairs[1].address->secret, "/home/rig/secret");
+  EXPECT_EQ(file->pairs[1].address->uri.text(), "tcp:10.0.0.7:7001");
+  EXPECT_EQ(file->options.ledger.guards, 9);
+  EXPECT_NE(file->identity().find("pair 2: tcp:10.0.0.7:7001"), std::string::npos) << file->identity();
+}
+
+TEST(RigFile, pairs_are_laid_out) {
+  const std::string four = kPairOfDevices + kPairOfDevices + kPairOfDevices + kPairOfDevices;
+  const auto square = parse(kHead + four + "[capture]\ngrid = \"6x5\"\npairs = \"2x2\"\nviews = \"2x4\"\n");
+  ASSERT_TRUE(square.ok()) << square.error().line();
+  EXPECT_EQ(square->pair_layout, (ViewLayout{2, 2}));
+  EXPECT_EQ(square->options.views, (ViewLayout{2, 4}));
+  EXPECT_EQ(pair_layout_of(*square).cells, (Grid{12, 10}));
+  expect_refused(kHead + kPairOfDevices + "[capture]\npairs = \"1x2\"\n",
+                 "12: capture.pairs: 1x2 has 2 places", "1x2");
+}
+
+TEST(RigFile, mistakes_in_pairs_are_named) {
+  const std::string tcp = "[[pair]]\nuri = \"tcp:10.0.0.7:7001\"\n";
+  expect_refused(kHead + tcp, "4: pair.secret: TCP needs a shared secret", "the file with the secret");
+  expect_refused(kHead + "[[pair]]\nuri = \"usb:\"\n", "5: pair.uri: \"usb:\" is no place", "tcp:HOST:PORT");
+  expect_refused(kHead + kPairOfDevices + "[camera]\n", "11: camera: cannot be combined", "[pair.camera]");
+  expect_refused(kHead + "pair = 3\n", "4: there is no key board.pair", "uri");
+  expect_refused("pair = 3\n" + kHead, "1: pair: is not 1 to 64 tables", "[[pair]]");
+  expect_refused(kHead + "[[pair]]\nuri = \"unix:a\"\n[pair.camera]\n", "6: pair.camera: cannot be combined",
+                 "server");
+  expect_refused(kHead + "[[pair]]\nurl = \"unix:a\"\n", "5: there is no key pair.url", "uri");
+  expect_refused(kHead + kPairOfDevices + "[capture]\ncolour = true\n", "4: pair: capture.colour",
+                 "one pair");
+  for (const RigUse use : {RigUse::sensor, RigUse::one_pair, RigUse::served}) {
+    const auto file = parse_rig_file(kHead + kPairOfDevices, "rig.toml", ".", use);
+    ASSERT_FALSE(file.ok());
+    EXPECT_TRUE(file.error().what.starts_with("rig.toml:4: pair: this work needs")) << file.error().line();
+  }
+}
+
+TEST(RigFile, a_served_pair_needs_no_board) {
+  const std::string text = "symrig = 1\n[camera]\n" + kSensor + "[projector]\n";
+  EXPECT_FALSE(parse(text).ok());
+  const auto file = parse_rig_file(text, "rig.toml", ".", RigUse::served);
+  ASSERT_TRUE(file.ok()) << file.error().line();
 }
 
 TEST(RigFile, a_map_lies_beside_the_file) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/rig/frame_taker.hpp"
+#include "symrig/rig/pairs.hpp"
 #include "symrig/rig/rig_description.hpp"
 
 #include <memory>
@@ -10,6 +11,9 @@ namespace symrig {
 
 /// Functions that open the devices of a rig file.
 RigDevices devices_of(const RigDescription& file);
+
+/// The cells of all pairs of a rig file. needs: file.grid.
+PairLayout pair_layout_of(const RigDescription& file);
 
 /// Opens the devices of a rig file, and opens them again after a loss.
 /// fails: as Rig::open() and the devices' own open().

@@ -7,6 +7,7 @@
 #include "symrig/image/grid.hpp"
 #include "symrig/program/program_file.hpp"
 #include "symrig/projector/placement.hpp"
+#include "symrig/rig/pair_link.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>
@@ -15,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace symrig {
 
@@ -45,6 +47,15 @@ struct ProjectorEntry {
   CodeTable codes;     ///< from `levels`
 };
 
+/// One of several projector-camera pairs that the board fires together.
+struct PairEntry {
+  /// Where its server is; none: camera and projector are devices of this computer.
+  std::optional<PairAddress> address;
+  CameraEntry camera;
+  ProjectorEntry projector;
+  std::string registration;  ///< as RigDescription::registration
+};
+
 /// The content of a rig file (docs/rig-file.md): board, lines, camera, projector, and how photographs are
 /// taken.
 struct RigDescription {
@@ -54,7 +65,10 @@ struct RigDescription {
   RigSetup setup;  ///< lines and timing, as in a program file
   CameraEntry camera;
   ProjectorEntry projector;
-  std::optional<Grid> grid;  ///< of patterns; none: the grid of the camera's region
+  /// Several pairs in place of `camera` and `projector`, which are then those of the first pair that is here.
+  std::vector<PairEntry> pairs;
+  ViewLayout pair_layout;    ///< of `pairs`, row by row from the top left one
+  std::optional<Grid> grid;  ///< of patterns; none: the grid of the camera's region. Of each pair, if several
   /// The file of a camera whose pixels are not the cells (registration_file.hpp). Empty: they are.
   std::string registration;
   bool colour = false;           ///< three channels from the camera's colour mosaic (RegisteredProbe)
@@ -62,6 +76,8 @@ struct RigDescription {
   std::string map;     ///< where `symrig calibrate` stores the pixel map, .exr or .pfm; empty: nowhere
   RigOptions options;  ///< with the connected part of `setup`
 
+  /// The description of one of several pairs as a rig of its own. The pair is a device of this computer.
+  RigDescription one_pair(std::size_t pair) const;
   /// All settings that affect photographs, in one line. A capture continues only on a rig with the same
   /// identity.
   std::string identity() const;
@@ -70,6 +86,8 @@ struct RigDescription {
 /// What a rig file is read for.
 enum class RigUse : std::uint8_t {
   capture,
+  served,    ///< only its camera and projector, for the board of another computer: it needs no [board]
+  one_pair,  ///< to calibrate its camera or projector: the file has one pair only
   sensor  ///< to measure the camera's sensor: its noise need not be known, and `camera.sensor` may be missing
 };
 
