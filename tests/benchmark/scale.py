@@ -1,4 +1,4 @@
-#!/usr/bin/env -S python3 -B
+#!/usr/bin/python3 -B
 # SPDX-License-Identifier: Apache-2.0
 """Fits what a capture takes to grids, tolerances and numbers of views: the tables of docs/scale.md.
 
@@ -12,6 +12,7 @@ import argparse
 import json
 import pathlib
 import re
+import resource
 import subprocess
 import sys
 
@@ -28,7 +29,7 @@ QUANTITIES = (
     ("patterns", "", lambda one: one["patterns"]),
     ("rig time a pattern", "s", lambda one: one["rig_seconds"] / one["patterns"]),
     ("tensor", "bytes", lambda one: one["tensor_bytes"]),
-    ("host time a pattern, without the simulation", "s", lambda one: (one["seconds"]["total"] - one["seconds"]["simulate"]) / one["patterns"]),
+    ("processor time a pattern, with the simulation", "s", lambda one: one["processor_seconds"] / one["patterns"]),
     ("largest memory", "bytes", lambda one: one["peak_memory_bytes"]),
 )
 
@@ -48,15 +49,20 @@ def cases():
 def captured(symrig, folder, case):
     """The numbers of a capture, from the folder if it was done before."""
     scene, rows, cols, views, tolerance = case
-    name = folder / f"{scene}-{rows}x{cols}-{tolerance:g}"
-    numbers = name.with_suffix(".json")
+    name = f"{scene}-{rows}x{cols}-{tolerance:g}"
+    numbers = folder / f"{name}.json"
     if not numbers.exists():
         rig = f"sim:{scene}?size={rows}x{cols}&seed=7"
-        output = name.with_suffix(".h5")
+        output = folder / f"{name}.h5"
         words = [symrig, "capture", "--rig", rig, "-o", output, "--json", f"{numbers}.new", "--tolerance", f"{tolerance:g}", "--polish", "0"]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
         output.unlink()
-        pathlib.Path(f"{numbers}.new").rename(numbers)
+        told = pathlib.Path(f"{numbers}.new")
+        used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        numbers.write_text(json.dumps(json.loads(told.read_text(encoding="utf-8")) | {"processor_seconds": used}), encoding="utf-8")
+        told.unlink()
     return json.loads(numbers.read_text(encoding="utf-8"))
 
 
@@ -130,13 +136,13 @@ def prediction(text):
 
 
 def predicted_table(laws, wanted):
-    print("| grid of all views | views | tolerance | patterns | rig hours | host hours | tensor, GB | largest memory, GB |")
+    print("| grid of all views | views | tolerance | patterns | rig hours | processor hours | tensor, GB | largest memory, GB |")
     print("|---|---|---|---|---|---|---|---|")
     for case in wanted:
         _, rows, cols, views, tolerance = case
         patterns = laws["patterns"].at(case)
         rig = patterns * laws["rig time a pattern"].at(case) / 3600
-        host = patterns * laws["host time a pattern, without the simulation"].at(case) / 3600
+        host = patterns * laws["processor time a pattern, with the simulation"].at(case) / 3600
         cells = [short(patterns), short(rig), short(host), short(laws["tensor"].at(case) / 1e9), short(laws["largest memory"].at(case) / 1e9)]
         print(f"| {rows}x{cols} | {views} | {tolerance:g} | " + " | ".join(cells) + " |")
 

@@ -189,9 +189,20 @@ CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std
           .watch = watch};
 }
 
+/// What a memory budget will cost; empty if the capture fits into it.
+std::string memory_text(const CaptureJob& job, const OpenedRig& rig) {
+  const auto settings = settings_of(job.options);
+  if (job.memory == 0 || !settings) return "";
+  const std::int64_t wanted = memory_wanted(*settings, rig.probe->grid(), rig.probe->channels());
+  if (wanted <= job.memory) return "";
+  return fmt::format("{} of memory instead of about {}: scratch files, and a longer computing time",
+                     byte_size(static_cast<double>(job.memory)), byte_size(static_cast<double>(wanted)));
+}
+
 /// Captures while a line shows the progress.
 Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
   Meter meter("capture", "photographs");
+  if (const std::string text = memory_text(job, rig); !text.empty()) meter.say(text);
   job.options.foretell = [&meter](const CaptureForecast& forecast) {
     meter.say(fmt::format("about {} on the rig's clock, {} photographs", duration(forecast.rig_seconds),
                           grouped(static_cast<double>(forecast.patterns))));

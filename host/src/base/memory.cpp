@@ -64,6 +64,22 @@ std::optional<std::int64_t> left_by_groups() {
   }
 }
 
+struct InMemory {
+  std::int64_t all = 0, of_files = 0;
+};
+
+InMemory bytes_in_memory() {
+  // Open as long as the program runs: it is read often.
+  static const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  std::array<char, 128> text{};
+  if (::pread(file, text.data(), text.size() - 1, 0) <= 0) return {};
+  char* next = nullptr;
+  std::strtoll(text.data(), &next, 10);  // the size of the address space
+  const std::int64_t page = ::sysconf(_SC_PAGESIZE);
+  const std::int64_t all = std::strtoll(next, &next, 10) * page;
+  return {all, std::strtoll(next, &next, 10) * page};
+}
+
 }  // namespace
 
 std::int64_t available_memory() {
@@ -81,13 +97,12 @@ std::int64_t usual_memory() {
 }
 
 std::int64_t resident_memory() {
-  // Open as long as the program runs: it is read often.
-  static const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
-  std::array<char, 128> text{};
-  if (::pread(file, text.data(), text.size() - 1, 0) <= 0) return 0;
-  const char* const second = std::strchr(text.data(), ' ');
-  if (second == nullptr) return 0;
-  return std::strtoll(second, nullptr, 10) * ::sysconf(_SC_PAGESIZE);
+  return bytes_in_memory().all;
+}
+
+std::int64_t anonymous_memory() {
+  const InMemory now = bytes_in_memory();
+  return now.all - now.of_files;
 }
 
 }  // namespace symrig

@@ -37,7 +37,7 @@ class MemoryScope::Watch {
     std::unique_lock lock(files_.mutex);
     while (!ended_) {
       files_.changed.wait(lock, [this] { return ended_ || !files_.mapped.empty(); });
-      if (resident_memory() > bytes_ / 8 * 7) give_back();
+      if (resident_memory() > bytes_ - bytes_ / 24) give_back();
       files_.changed.wait_for(lock, kPause, [this] { return ended_; });
     }
   }
@@ -45,14 +45,14 @@ class MemoryScope::Watch {
   /// Goes on behind the file that was given back last, until enough is free. Then the heap gives back what
   /// was freed and kept for later.
   void give_back() {
-    const std::int64_t enough = bytes_ / 4 * 3;
+    const std::int64_t enough = bytes_ - bytes_ / 8;
     for (std::size_t k = 0; k < files_.mapped.size() && resident_memory() > enough; ++k) {
       auto next = files_.mapped.upper_bound(last_);
       if (next == files_.mapped.end()) next = files_.mapped.begin();
       last_ = next->first;
       ::madvise(next->first, next->second, MADV_DONTNEED);  // the file keeps what was written
     }
-    if (resident_memory() <= enough || Clock::now() < next_trim_) return;
+    if (resident_memory() <= bytes_ - bytes_ / 24 || Clock::now() < next_trim_) return;
     ::malloc_trim(0);
     next_trim_ = Clock::now() + kBetweenTrims;
   }

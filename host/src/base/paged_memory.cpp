@@ -3,12 +3,15 @@
 
 #include "base/scratch_files.hpp"
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <stdexcept>
 #include <utility>
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 namespace symrig {
 namespace {
@@ -107,6 +110,16 @@ void PagedMemory::move_to_file(std::size_t capacity, const std::filesystem::path
   if (capacity_ > 0) std::memcpy(to.data, data_, capacity_);
   release();
   become(to);
+}
+
+void PagedMemory::read(std::size_t first, std::size_t count, void* to) const {
+  for (std::size_t done = 0; done < count;) {
+    const ::ssize_t got =
+        ::pread(file_, static_cast<char*>(to) + done, count - done, static_cast<::off_t>(first + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw std::runtime_error("a scratch file cannot be read");
+    done += static_cast<std::size_t>(got);
+  }
 }
 
 void PagedMemory::grow_file(std::size_t capacity) {

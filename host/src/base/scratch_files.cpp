@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/scratch_files.hpp"
 
+#include "symrig/base/memory.hpp"
 #include "symrig/base/paged_memory.hpp"
 
 #include <algorithm>
@@ -65,8 +66,10 @@ ScratchFiles& scratch_files() {
 std::optional<std::filesystem::path> ScratchFiles::folder_for(std::size_t more) {
   const std::scoped_lock lock(mutex);
   if (!budget) return std::nullopt;
-  const std::int64_t most = std::max<std::int64_t>(budget->bytes - budget->unpaged, 0) / 4 * 3;
-  if (in_memory + static_cast<std::int64_t>(more) <= most) return std::nullopt;
+  const auto wanted = static_cast<std::int64_t>(more);
+  // As planned, and as it is: freed memory that the heap keeps counts too.
+  const bool planned = in_memory + wanted <= std::max<std::int64_t>(budget->bytes - budget->unpaged, 0) / 2;
+  if (planned && anonymous_memory() + wanted <= budget->bytes / 4 * 3) return std::nullopt;
   return budget->folder;
 }
 

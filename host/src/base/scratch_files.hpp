@@ -32,7 +32,7 @@ class ScratchFiles {
   std::atomic<std::int64_t> in_memory = 0;
   std::atomic<std::int64_t> in_files = 0;  ///< without the spare ones
 
-  /// The folder for scratch files if `more` bytes do not fit into memory. A quarter of what is left for paged
+  /// The folder for scratch files if `more` bytes do not fit into memory. Half of what is left for paged
   /// memory is for pages of the files.
   std::optional<std::filesystem::path> folder_for(std::size_t more);
 

@@ -151,6 +151,17 @@ std::int64_t least_memory(Grid grid, int channels) {
   return kProgram + applied + acquisition::bytes_in_flight(grid, channels);
 }
 
+std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels) {
+  constexpr std::int64_t kProgram = std::int64_t{32} << 20;
+  constexpr std::int64_t kPixel = 1600, kSample = 400;  // bytes
+  // Polish keeps its photographs if they fit into this.
+  constexpr std::int64_t kPolish = std::int64_t{300} << 20, kPolishSample = 1400;
+  const std::int64_t samples = grid.size() * channels;
+  const std::int64_t polish =
+      settings.economy.polish > 0 && samples * kPolishSample <= kPolish ? samples * kPolishSample : 0;
+  return kProgram + grid.size() * kPixel + samples * kSample + polish;
+}
+
 Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));

@@ -16,4 +16,7 @@ std::int64_t usual_memory();
 /// Bytes that the process has in memory now.
 std::int64_t resident_memory();
 
+/// Those that belong to no file: they can only leave memory when they are freed.
+std::int64_t anonymous_memory();
+
 }  // namespace symrig

@@ -32,6 +32,11 @@ class PagedMemory {
   void* data() { return data_; }
   const void* data() const { return data_; }
   std::size_t capacity() const { return capacity_; }
+  bool in_file() const { return place_ == Place::file; }
+
+  /// Copies bytes [first, first + count) of a scratch file, without mapping its pages.
+  /// fails: throws std::runtime_error (the disk gives them no more).
+  void read(std::size_t first, std::size_t count, void* to) const;
 
   /// At least so many bytes.  Throws NoScratchSpace, std::bad_alloc.
   void reserve(std::size_t bytes);

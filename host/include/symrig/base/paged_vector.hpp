@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <memory>
+#include <span>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -93,6 +94,15 @@ class PagedVector {
     grow_to(size_ + count);
     std::uninitialized_copy(first, last, data() + size_);
     size_ += count;
+  }
+
+  /// Values [first, first + count) for one pass over all of them: in place, or copied into `buffer` from a
+  /// scratch file. To copy is faster than to map pages that are unmapped before the next pass.
+  std::span<const T> window(std::size_t first, std::size_t count, std::vector<T>& buffer) const {
+    if (!memory_.in_file()) return {data() + first, count};
+    if (buffer.size() < count) buffer.resize(count);
+    memory_.read(first * sizeof(T), count * sizeof(T), buffer.data());
+    return {buffer.data(), count};
   }
 
   bool operator==(const PagedVector& other) const {

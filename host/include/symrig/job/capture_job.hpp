@@ -66,6 +66,10 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig);
 /// The least memory of a job: what photographs take while they are worked on.
 std::int64_t least_memory(Grid grid, int channels);
 
+/// What a job takes if its memory has no limit, roughly: within a factor of 1.5 for V-grooves of 64x64 to
+/// 1000x984 (docs/benchmarks/memory.md).
+std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels);
+
 /// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the
 /// photographs.
 /// fails: as check_job; limit (CaptureJob::memory is less than least_memory); io (no space for scratch

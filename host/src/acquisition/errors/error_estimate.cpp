@@ -78,13 +78,17 @@ Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_rati
 /// the tensor's own light if it were shown many times.
 double mean_sparse_energy(const TransportTensor& tensor, double lit) {
   constexpr int kProbes = 48;
-  constexpr int kTogether = 16;  // what one pass over the tensor applies
+  // What one pass over the tensor applies, or fewer where their pictures are large.
+  constexpr double kMostBytes = 64 << 20;
+  const double bytes = static_cast<double>(tensor.camera_grid().size()) * tensor.channels() * sizeof(float);
+  const int together = std::clamp(static_cast<int>(kMostBytes / bytes), 4, 16);
   constexpr std::uint64_t kSampleSeed = 0x5EA4C;
   const std::size_t pixels = tensor.camera_grid().size();
   Random random(kSampleSeed);
-  std::vector<Image<float>> probes(kTogether, Image<float>(tensor.camera_grid()));
+  std::vector<Image<float>> probes(static_cast<std::size_t>(together), Image<float>(tensor.camera_grid()));
   double energy = 0;
-  for (int taken = 0; taken < kProbes; taken += kTogether) {
+  for (int taken = 0; taken < kProbes; taken += together) {
+    probes.resize(static_cast<std::size_t>(std::min(together, kProbes - taken)));
     for (Image<float>& z : probes)
       for (float& v : z.values()) {
         const float sign = random.sign();

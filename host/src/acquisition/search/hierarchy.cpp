@@ -261,6 +261,7 @@ Result<CaptureResult> Hierarchy::refine() {
   CaptureResult result;
   result.tensor = found_.known.tensor();
   found_.known.release();
+  photographer_.free_pool();  // estimates read a few photographs at a time
   if (!checks_) return result;
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
   SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));

@@ -151,21 +151,41 @@ void subtract_lanes(const float* y, std::size_t pixels, std::size_t channel,
 
 }  // namespace
 
+/// The leaves from `first` on whose factors fit into one window.
+std::size_t KnownTransport::end_of_run(std::size_t first) const {
+  constexpr std::int64_t kWindow = std::int64_t{1} << 20;  // numbers
+  std::size_t last = first + 1;
+  while (last < leaves_.size() && leaves_[last].factors - leaves_[first].factors < kWindow) ++last;
+  return last;
+}
+
 template <class P>
 void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel,
                                const Mark& since, float* y) const {
-  for (const KnownLeaf& leaf : std::span(leaves_).subspan(since.leaves)) {
-    if (leaf.removed) continue;
-    const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
-    const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
-    if (!row_lit && !col_lit) continue;
-    const auto [a, b] = sides(leaf, static_cast<int>(channel));
-    const std::size_t row = leaf.row_begin;
-    const std::size_t col = leaf.col_begin;
-    if (col_lit)
-      tensor::add_leaf_batch({a.data(), b.data(), row, a.size(), col, b.size(), 1}, row_lit, p, y);
-    else
-      tensor::add_leaf_batch({b.data(), a.data(), col, b.size(), row, a.size(), 1}, false, p, y);
+  std::vector<float> buffer;
+  for (std::size_t first = since.leaves, last = first; first < leaves_.size(); first = last) {
+    last = end_of_run(first);
+    const auto begin = static_cast<std::size_t>(leaves_[first].factors);
+    const std::size_t end =
+        last < leaves_.size() ? static_cast<std::size_t>(leaves_[last].factors) : factors_.size();
+    const float* const factors = factors_.window(begin, end - begin, buffer).data();
+    for (const KnownLeaf& leaf : std::span(leaves_).subspan(first, last - first)) {
+      if (leaf.removed) continue;
+      const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
+      const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
+      if (!row_lit && !col_lit) continue;
+      const auto rows = static_cast<std::size_t>(leaf.rows());
+      const auto cols = static_cast<std::size_t>(leaf.cols());
+      const float* const a =
+          factors + static_cast<std::size_t>(leaf.factors) - begin + channel * (rows + cols);
+      const float* const b = a + rows;
+      const std::size_t row = leaf.row_begin;
+      const std::size_t col = leaf.col_begin;
+      if (col_lit)
+        tensor::add_leaf_batch({a, b, row, rows, col, cols, 1}, row_lit, p, y);
+      else
+        tensor::add_leaf_batch({b, a, col, cols, row, rows, 1}, false, p, y);
+    }
   }
   for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
     const std::size_t row = scalars_[k].row;

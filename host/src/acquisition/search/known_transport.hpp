@@ -111,6 +111,7 @@ class KnownTransport {
   template <class P>
   void add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
                  float* y) const;
+  std::size_t end_of_run(std::size_t first) const;
   void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const;
 
   const BlockTree& tree_;

@@ -84,6 +84,8 @@ class Photographer {
 
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
+  /// Frees the photographs whose memory is kept for the next time.
+  void free_pool() { pool_ = {}; }
 
   /// Takes photographs that are needed only once: use() is called once a pattern, from several threads at
   /// once.
