@@ -74,7 +74,7 @@ InMemory bytes_in_memory() {
   std::array<char, 128> text{};
   if (::pread(file, text.data(), text.size() - 1, 0) <= 0) return {};
   char* next = nullptr;
-  std::strtoll(text.data(), &next, 10);  // the size of the address space
+  static_cast<void>(std::strtoll(text.data(), &next, 10));  // the size of the address space
   const std::int64_t page = ::sysconf(_SC_PAGESIZE);
   const std::int64_t all = std::strtoll(next, &next, 10) * page;
   return {all, std::strtoll(next, &next, 10) * page};

@@ -118,7 +118,7 @@ H5FD_class_t driver_class() {
   driver.name = "symrig_output";
   driver.maxaddr = kMostBytes;
   driver.fc_degree = H5F_CLOSE_STRONG;
-  driver.fapl_size = sizeof(Output*);
+  driver.fapl_size = sizeof(void*);  // of the pointer to Output
   driver.open = open_output;
   driver.close = close_output;
   driver.cmp = compare;
