@@ -9,6 +9,7 @@
 #include "sim/hash.hpp"
 #include "sim/pair_scene.hpp"
 #include "sim/remote_images.hpp"
+#include "sim/rig_on_board.hpp"
 #include "sim/rig_profiles.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
@@ -31,29 +32,17 @@ struct PairCamera {
   std::unique_ptr<SimulatedCamera> camera;
 };
 
-class PairedRig final : public SimulatedPairs {
+class PairedRig final : public RigOnBoard<SimulatedPairs> {
  public:
   static Result<std::unique_ptr<SimulatedPairs>> open(PairScene scene, std::shared_ptr<const Bench> bench,
                                                       Images images, SimulatedPairHooks hooks);
-  ~PairedRig() override {
-    rig_.reset();    // uses the board
-    board_.reset();  // uses its peripherals
-  }
+  ~PairedRig() override { end(); }
   PairedRig(const PairedRig&) = delete;
   PairedRig& operator=(const PairedRig&) = delete;
 
   Grid grid() const override { return scene_.uri.size; }
   ViewLayout views() const override { return views_of(scene_.uri); }
   int channels() const override { return scene_.uri.channels; }
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
-    return rig_->measure(patterns);
-  }
-  bool plans_exposures(std::size_t photographs) const override { return rig_->plans_exposures(photographs); }
-  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
-                                                 std::span<const Expectation> expected) override {
-    return rig_->measure_expected(patterns, expected);
-  }
-  std::size_t together() const override { return std::max<std::size_t>(4, rig_->together()); }
   /// The pairs work at the same time.
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
@@ -62,20 +51,18 @@ class PairedRig final : public SimulatedPairs {
     return cost;
   }
   Result<void> continue_after(const ProbeCost& spent) override;
-  std::string describe() const override { return rig_->describe(); }
   std::string identity() const override {
     return fmt::format("{} on {} pairs", describe(), to_string(scene_.layout.layout));
   }
   const SceneUri& uri() const override { return scene_.uri; }
-  const Rig& rig() const override { return *rig_; }
 
  private:
   PairedRig(PairScene scene, std::shared_ptr<const Bench> bench, Images images, SimulatedPairHooks hooks)
-      : scene_(std::move(scene)),
+      : RigOnBoard(std::make_unique<board_sim::SimBoard>(board_of(profile_of(scene.uri)))),
+        scene_(std::move(scene)),
         bench_(std::move(bench)),
         images_(std::move(images)),
-        hooks_(std::move(hooks)),
-        board_(std::make_unique<board_sim::SimBoard>(board_of(profile_of(scene_.uri)))) {}
+        hooks_(std::move(hooks)) {}
   RigOptions make_devices();
   PairCamera make_camera(std::size_t pair, bool planned);
   RigDevices devices();
@@ -85,11 +72,9 @@ class PairedRig final : public SimulatedPairs {
   std::shared_ptr<const Bench> bench_;  // of local images; nullptr: all are remote
   Images images_;
   SimulatedPairHooks hooks_;
-  std::unique_ptr<board_sim::SimBoard> board_;
   std::unique_ptr<board_sim::SimProjector> raster_;
   std::unique_ptr<SimulatedProjector> projector_;  // what all projectors together show
   std::vector<PairCamera> cameras_;
-  std::unique_ptr<Rig> rig_;
 };
 
 PairCamera PairedRig::make_camera(std::size_t pair, bool planned) {
@@ -152,11 +137,7 @@ RigDevices PairedRig::devices() {
 
 /// As the single simulated rig: noise and drift continue where the earlier run of symrig ended.
 Result<void> PairedRig::continue_after(const ProbeCost& spent) {
-  const std::int64_t missing = spent.photographs - rig_->cost().photographs;
-  if (missing < 0)
-    return Error{ErrorCode::bad_argument, "this rig has taken more photographs than the capture to continue",
-                 "open the rig again"};
-  return rig_->pass_over(missing, [this](std::int64_t photographs) {
+  return pass_over(spent, [this](std::int64_t photographs) {
     const auto count = static_cast<std::uint64_t>(photographs);
     projector_->skip(count);
     for (PairCamera& one : cameras_) one.camera->skip(count * rig_->exposures().size());

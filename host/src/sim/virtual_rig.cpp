@@ -7,6 +7,7 @@
 #include "sim/hash.hpp"
 #include "sim/image_formation.hpp"
 #include "sim/plane_projector.hpp"
+#include "sim/rig_on_board.hpp"
 #include "sim/rig_profiles.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
@@ -22,15 +23,12 @@
 namespace symrig::sim {
 namespace {
 
-class SimulatedRig final : public VirtualRig {
+class SimulatedRig final : public RigOnBoard<VirtualRig> {
  public:
   static Result<std::unique_ptr<VirtualRig>> open(std::string_view text, VirtualRigHooks hooks);
   /// Its devices without a rig. They keep the bench alive.
   static Result<RigParts> parts(std::string_view text, VirtualRigHooks hooks);
-  ~SimulatedRig() override {
-    rig_.reset();    // uses the board
-    board_.reset();  // uses its peripherals
-  }
+  ~SimulatedRig() override { end(); }
   SimulatedRig(const SimulatedRig&) = delete;
   SimulatedRig& operator=(const SimulatedRig&) = delete;
 
@@ -38,29 +36,18 @@ class SimulatedRig final : public VirtualRig {
   Grid camera_grid() const override { return bench_.view->camera(); }
   ViewLayout views() const override { return views_of(uri_); }
   int channels() const override { return bench_.truth->channels(); }
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
-    return rig_->measure(patterns);
-  }
-  bool plans_exposures(std::size_t photographs) const override { return rig_->plans_exposures(photographs); }
-  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
-                                                 std::span<const Expectation> expected) override {
-    return rig_->measure_expected(patterns, expected);
-  }
-  std::size_t together() const override { return std::max<std::size_t>(4, rig_->together()); }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
     cost.simulate_seconds = frame_maker_->seconds();
     return cost;
   }
   Result<void> continue_after(const ProbeCost& spent) override;
-  std::string describe() const override { return rig_->describe(); }
   const Scene& truth() const override { return *bench_.truth; }
   const SceneUri& uri() const override { return uri_; }
   std::vector<CornerMap> exact_corners() const override { return bench_.view->corners(); }
   Image<float> ideal_photograph(const Image<float>& pattern) const override {
     return bench_.view->see(pattern, 0);
   }
-  const Rig& rig() const override { return *rig_; }
 
  private:
   SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks);
@@ -72,21 +59,19 @@ class SimulatedRig final : public VirtualRig {
   SceneUri uri_;
   Bench bench_;
   VirtualRigHooks hooks_;
-  std::unique_ptr<board_sim::SimBoard> board_;
   std::unique_ptr<board_sim::SimProjector> raster_;             // shows whole pictures,
   std::unique_ptr<board_sim::SimPlaneProjector> plane_raster_;  // or bit planes
   board_sim::SimCamera shutter_;
   std::unique_ptr<FrameMaker> frame_maker_;
   std::unique_ptr<SimulatedProjector> projector_;
   std::unique_ptr<SimulatedCamera> camera_;
-  std::unique_ptr<Rig> rig_;
 };
 
 SimulatedRig::SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks)
-    : uri_(std::move(uri)),
+    : RigOnBoard(std::make_unique<board_sim::SimBoard>(board_of(profile_of(uri)))),
+      uri_(std::move(uri)),
       bench_(std::move(bench)),
       hooks_(std::move(hooks)),
-      board_(std::make_unique<board_sim::SimBoard>(board_of(profile_of(uri_)))),
       shutter_(*board_, shutter_of(profile_of(uri_))) {
   const RigProfile& profile = profile_of(uri_);
   if (profile.planes > 0) {
@@ -157,11 +142,7 @@ void SimulatedRig::make_devices(const RigOptions& options) {
 /// of symrig ended. The board's clock need not continue: a photograph's timing relative to its vsync is
 /// always the same.
 Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
-  const std::int64_t missing = spent.photographs - rig_->cost().photographs;
-  if (missing < 0)
-    return Error{ErrorCode::bad_argument, "this rig has taken more photographs than the capture to continue",
-                 "open the rig again"};
-  return rig_->pass_over(missing, [this](std::int64_t photographs) {
+  return pass_over(spent, [this](std::int64_t photographs) {
     const auto count = static_cast<std::uint64_t>(photographs);
     projector_->skip(count);
     camera_->skip(count * rig_->exposures().size());
