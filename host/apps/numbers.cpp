@@ -48,4 +48,20 @@ std::string real_number_fault(const std::string& text) {
   return std::isfinite(value) ? std::string() : fmt::format("'{}' is not a finite number", text);
 }
 
+std::optional<int> plain_number(std::string_view text) {
+  int number = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+std::optional<std::pair<int, int>> two_numbers(std::string_view text, char between) {
+  const std::size_t at = text.find(between);
+  if (at == std::string_view::npos) return std::nullopt;
+  const auto first = plain_number(text.substr(0, at));
+  const auto second = plain_number(text.substr(at + 1));
+  if (!first || !second) return std::nullopt;
+  return std::pair(*first, *second);
+}
+
 }  // namespace symrig::apps

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
 
 #include <CLI/CLI.hpp>
@@ -14,6 +16,11 @@ namespace symrig::apps {
 std::string whole_number_fault(const std::string& text, long long least, long long most);
 /// Why a text is not a finite decimal number; empty if it is one.
 std::string real_number_fault(const std::string& text);
+
+/// A whole number and nothing else: "-3".
+std::optional<int> plain_number(std::string_view text);
+/// Two whole numbers with a separator: "3x2", "0,1".
+std::optional<std::pair<int, int>> two_numbers(std::string_view text, char between);
 
 /// Makes an option accept numbers only, before they are converted. The code that uses a number checks its
 /// range.

@@ -22,7 +22,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -42,21 +41,6 @@ struct RelightArguments {
   std::optional<double> exposure;
   bool resume = false;
 };
-
-/// Two whole numbers with a separator: "3x2", "0,1".
-std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between) {
-  const std::size_t at = text.find(between);
-  if (at == std::string::npos) return std::nullopt;
-  std::pair<int, int> numbers;
-  const auto read = [](std::string_view part, int& into) {
-    const auto [stop, error] = std::from_chars(part.data(), part.data() + part.size(), into);
-    return error == std::errc{} && stop == part.data() + part.size();
-  };
-  const std::string_view all(text);
-  if (!read(all.substr(0, at), numbers.first) || !read(all.substr(at + 1), numbers.second))
-    return std::nullopt;
-  return numbers;
-}
 
 Result<std::optional<View>> view_of(const char* option, const std::string& text) {
   if (text.empty()) return std::optional<View>();

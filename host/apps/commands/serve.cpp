@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "meter.hpp"
+#include "numbers.hpp"
 #include "symrig/board/board_server.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/rig/device_pair.hpp"
@@ -12,7 +13,6 @@
 #include "symrig/sim/simulated_pairs.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -27,14 +27,6 @@ struct ServeArguments {
   std::string device, place, pair, secret;
   bool photographs = false;
 };
-
-/// From 1 to 64; 0: something else.
-int whole_number(std::string_view text) {
-  int value = 0;
-  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = failed == std::errc{} && end == text.data() + text.size();
-  return whole && value >= 1 && value <= 64 ? value : 0;
-}
 
 Result<void> tell(const ServeArguments& arguments, const char* what) {
   return print(fmt::format("{}\n{} at this address. Ctrl-C ends.\n", arguments.place, what));
@@ -65,15 +57,17 @@ struct PairPlace {
 };
 
 Result<PairPlace> parse_pair(std::string_view text) {
+  constexpr int kMost = 64;  // rows or columns
   const std::size_t slash = std::min(text.find('/'), text.size());
-  const std::string_view layout = text.substr(std::min(slash + 1, text.size()));
-  const std::size_t cross = std::min(layout.find('x'), layout.size());
-  const int pair = whole_number(text.substr(0, slash)), rows = whole_number(layout.substr(0, cross));
-  const int cols = whole_number(layout.substr(std::min(cross + 1, layout.size())));
-  if (pair == 0 || rows == 0 || cols == 0 || pair > rows * cols)
+  const auto pair = plain_number(text.substr(0, slash));
+  const auto layout = two_numbers(text.substr(std::min(slash + 1, text.size())), 'x');
+  const auto possible = [&](int rows, int cols) {
+    return rows >= 1 && rows <= kMost && cols >= 1 && cols <= kMost && *pair >= 1 && *pair <= rows * cols;
+  };
+  if (!pair || !layout || !possible(layout->first, layout->second))
     return Error{ErrorCode::bad_argument, fmt::format("--pair cannot be '{}'", text),
                  "give PAIR/ROWSxCOLUMNS, such as 1/1x2 for the first of two pairs"};
-  return PairPlace{{rows, cols}, static_cast<std::size_t>(pair - 1)};
+  return PairPlace{{layout->first, layout->second}, static_cast<std::size_t>(*pair - 1)};
 }
 
 /// A pair of a simulated scene, or the camera and the projector of a rig file.
