@@ -245,14 +245,6 @@ Flood FloodNoise::mean_away() {
   return std::move(sum_);
 }
 
-NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
-                       const TreePhotograph* half, const TreePhotograph* other,
-                       const NoiseEvidence& besides) {
-  FloodNoise noise(tree);
-  for (const TreePhotograph& one : photographs) noise.add(one);
-  return std::move(noise).judge(half, other, besides);
-}
-
 double doubted_variance(const NoiseCheck& check) {
   if (check.findings.empty()) return 1;
   constexpr double kEach = 3;  // shared noise is in the tensor too

@@ -71,12 +71,6 @@ class FloodNoise {
   std::vector<FloodLevel> levels_;
 };
 
-/// The same with all of them at hand. photographs: of all pixels lit; half, other: photographs of a pattern
-/// and its complement, or none. [decisions/error-estimates.md]
-NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
-                       const TreePhotograph* half, const TreePhotograph* other,
-                       const NoiseEvidence& besides = {});
-
 /// By how much estimates should doubt the stated variance: 1 where nothing was found.
 double doubted_variance(const NoiseCheck& check);
 
