@@ -41,6 +41,19 @@ TEST_F(Memory, a_capture_is_the_same_in_little_memory) {
   EXPECT_EQ(files(), std::set<std::string>{"scene.h5"}) << "a scratch file is left";
 }
 
+// What is said before a capture begins: within a factor of 1.5, as memory_wanted() promises.
+TEST_F(Memory, what_a_capture_wants_is_about_what_it_takes) {
+  for (const int side : {96, 192}) {
+    const std::string rig = fmt::format("sim:vgroove-textured?size={0}x{0}", side);
+    const Outcome outcome = symrig({"capture", "--rig", rig, "-o", "scene.h5", "--json", "capture.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto taken = json("capture.json")["peak_memory_bytes"].get<double>();
+    const auto wanted = static_cast<double>(memory_wanted(*settings_of({}), {side, side}, 1));
+    EXPECT_GT(wanted, taken / 1.5) << side;
+    EXPECT_LT(wanted, taken * 1.5) << side;
+  }
+}
+
 TEST_F(Memory, too_little_is_refused_with_what_is_needed) {
   expect_refusal({"capture", "--rig", kSmall, "-o", "scene.h5", "--memory", "1M"}, kFault,
                  {"memory of 1M is too little for photographs of 12x17", "allow ", "M or more"});

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
-#include <stdexcept>
 #include <utility>
 
 #include <sys/mman.h>
@@ -117,7 +116,7 @@ void PagedMemory::read(std::size_t first, std::size_t count, void* to) const {
     const ::ssize_t got =
         ::pread(file_, static_cast<char*>(to) + done, count - done, static_cast<::off_t>(first + done));
     if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) throw std::runtime_error("a scratch file cannot be read");
+    if (got <= 0) throw NoScratchSpace("a scratch file cannot be read: it was cut, or its disk fails");
     done += static_cast<std::size_t>(got);
   }
 }

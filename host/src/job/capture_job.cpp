@@ -107,6 +107,8 @@ std::filesystem::path scratch_folder(const CaptureJob& job) {
   return folder.empty() ? "." : folder;
 }
 
+constexpr std::int64_t kProgramBytes = std::int64_t{32} << 20;  // code, libraries, a simulated scene
+
 std::string mebibytes(std::int64_t bytes) {
   return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
 }
@@ -145,21 +147,18 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
 }
 
 std::int64_t least_memory(Grid grid, int channels) {
-  constexpr std::int64_t kProgram = std::int64_t{32} << 20;  // code, libraries, a simulated scene
   // Each thread that applies transport has sixteen photographs as floats.
   const std::int64_t applied = grid.size() * 16 * 4 * tbb::this_task_arena::max_concurrency();
-  return kProgram + applied + acquisition::bytes_in_flight(grid, channels);
+  return kProgramBytes + applied + acquisition::bytes_in_flight(grid, channels);
 }
 
 std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels) {
-  constexpr std::int64_t kProgram = std::int64_t{32} << 20;
-  constexpr std::int64_t kPixel = 1600, kSample = 400;  // bytes
-  // Polish keeps its photographs if they fit into this.
-  constexpr std::int64_t kPolish = std::int64_t{300} << 20, kPolishSample = 1400;
-  const std::int64_t samples = grid.size() * channels;
-  const std::int64_t polish =
-      settings.economy.polish > 0 && samples * kPolishSample <= kPolish ? samples * kPolishSample : 0;
-  return kProgram + grid.size() * kPixel + samples * kSample + polish;
+  constexpr std::int64_t kPixel = 1300, kSample = 400;  // bytes
+  // Polish keeps its photographs, some 330, if pattern and weights fit into this.
+  constexpr std::int64_t kMostKept = std::int64_t{300} << 20, kKept = 330 * 4;
+  const std::int64_t kept = grid.size() * (1 + channels) * kKept;
+  const bool keeps = settings.economy.polish > 0 && kept <= kMostKept;
+  return kProgramBytes + grid.size() * (kPixel + channels * kSample) + (keeps ? kept : 0);
 }
 
 Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {

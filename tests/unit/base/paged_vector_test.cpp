@@ -9,8 +9,10 @@
 #include <cstdlib>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -73,6 +75,22 @@ TEST_P(Paged, holds_what_a_vector_holds) {
   EXPECT_EQ(std::accumulate(paged.begin(), paged.end(), 0), 36);
   paged.clear();
   EXPECT_TRUE(paged.empty());
+}
+
+TEST_P(Paged, windows_show_its_values_wherever_they_are) {
+  PagedVector<int> all(kMany);
+  std::iota(all.begin(), all.end(), 7);
+  std::vector<int> buffer;
+  for (const auto& [first, count] :
+       {std::pair<std::size_t, std::size_t>{0, 1}, {5, 0}, {100, 70'000}, {kMany - 3, 3}, {0, kMany}}) {
+    const std::span<const int> window = all.window(first, count, buffer);
+    ASSERT_EQ(window.size(), count);
+    EXPECT_TRUE(std::equal(window.begin(), window.end(), all.begin() + first)) << first;
+  }
+  all[100] = -1;
+  EXPECT_EQ(all.window(90, 20, buffer)[10], -1) << "what was just written";
+  // In place unless it is in a file.
+  EXPECT_EQ(all.window(1, 2, buffer).data() == all.data() + 1, !GetParam());
 }
 
 // Pages that were given back come again from the file: nothing is lost.
@@ -163,6 +181,8 @@ TEST(Memory, states_what_is_free_and_used) {
   const std::int64_t before = resident_memory();
   const std::vector<char> more(std::size_t{64} << 20, 1);
   EXPECT_GE(resident_memory(), before + static_cast<std::int64_t>(more.size() / 2));
+  EXPECT_GE(anonymous_memory(), static_cast<std::int64_t>(more.size() / 2));
+  EXPECT_LE(anonymous_memory(), resident_memory());
 }
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace base {
 struct ScratchFile;
 }
 
-/// A scratch file cannot grow: the disk is full, or there is no such folder.
+/// A scratch file cannot grow: the disk is full, or there is no such folder. Or it cannot be read.
 class NoScratchSpace : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -35,7 +35,7 @@ class PagedMemory {
   bool in_file() const { return place_ == Place::file; }
 
   /// Copies bytes [first, first + count) of a scratch file, without mapping its pages.
-  /// fails: throws std::runtime_error (the disk gives them no more).
+  /// Throws NoScratchSpace.
   void read(std::size_t first, std::size_t count, void* to) const;
 
   /// At least so many bytes.  Throws NoScratchSpace, std::bad_alloc.
