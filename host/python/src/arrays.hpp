@@ -29,9 +29,10 @@ std::vector<Image<float>> images_of(const FloatArray& arrays, const std::string&
 /// The pictures as one array: [count, rows, cols] or [count, rows, cols, channels].
 py::array array_of(const std::vector<Image<float>>& images);
 
-/// A view of a picture's memory; `owner` keeps it alive.
-template <class T>
-py::array_t<T> view_of(const Image<T>& image, const py::object& owner) {
+/// A view of the memory of an Image or a StoredImage; `owner` keeps it alive.
+template <class Picture>
+auto view_of(const Picture& image, const py::object& owner) {
+  using T = typename decltype(image.values())::value_type;
   const py::ssize_t size = sizeof(T), rows = image.grid().rows, cols = image.grid().cols;
   std::vector<py::ssize_t> shape{rows, cols}, strides{cols * size, size};
   if (image.channels() != 1) {
@@ -51,9 +52,9 @@ py::array_t<T> array_of(Image<T>&& image) {
 }
 
 /// A view that Python cannot write to.
-template <class T>
-py::array_t<T> constant_view_of(const Image<T>& image, const py::object& owner) {
-  py::array_t<T> view = view_of(image, owner);
+template <class Picture>
+auto constant_view_of(const Picture& image, const py::object& owner) {
+  auto view = view_of(image, owner);
   view.attr("flags").attr("writeable") = false;
   return view;
 }

@@ -12,6 +12,7 @@
 #include <string>
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <unistd.h>
 
 namespace symrig {
@@ -103,6 +104,11 @@ std::int64_t resident_memory() {
 std::int64_t anonymous_memory() {
   const InMemory now = bytes_in_memory();
   return now.all - now.of_files;
+}
+
+void give_back_freed_memory() {
+  constexpr std::size_t kMuch = std::size_t{64} << 20;
+  if (::mallinfo2().fordblks >= kMuch) ::malloc_trim(0);
 }
 
 }  // namespace symrig

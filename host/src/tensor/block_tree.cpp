@@ -87,22 +87,30 @@ bool link_children(std::vector<Block>& parents, std::span<const Block> children)
 
 }  // namespace
 
+BlockTree::BlockTree() {
+  static const auto none = std::make_shared<const Nodes>();
+  nodes_ = none;
+}
+
 BlockTree::BlockTree(Grid grid) : grid_(grid) {
   assert(grid.valid());
-  levels_.push_back({Block{0, 0, grid.rows, grid.cols, 0, static_cast<std::int32_t>(grid.size()), 0, 0}});
+  const auto nodes = std::make_shared<Nodes>();
+  auto& levels = nodes->levels;
+  levels.push_back({Block{0, 0, grid.rows, grid.cols, 0, static_cast<std::int32_t>(grid.size()), 0, 0}});
   const auto splittable = [](const Block& b) { return !b.single_pixel(); };
-  while (std::any_of(levels_.back().begin(), levels_.back().end(), splittable)) {
+  while (std::any_of(levels.back().begin(), levels.back().end(), splittable)) {
     std::vector<Block> next;
-    next.reserve(4 * levels_.back().size());
-    for (Block& parent : levels_.back()) {
+    next.reserve(4 * levels.back().size());
+    for (Block& parent : levels.back()) {
       parent.first_child = static_cast<std::int32_t>(next.size());
       parent.children = append_children(parent, next);
     }
-    levels_.push_back(std::move(next));
+    levels.push_back(std::move(next));
   }
-  order_.resize(grid.size());
-  for (const Block& pixel : levels_.back()) order_[pixel.begin] = pixel.row * grid.cols + pixel.col;
-  note_pixel_levels();
+  nodes->order.resize(grid.size());
+  for (const Block& pixel : levels.back()) nodes->order[pixel.begin] = pixel.row * grid.cols + pixel.col;
+  nodes->note_pixel_levels();
+  nodes_ = nodes;
 }
 
 Result<BlockTree> BlockTree::make(Grid grid, const Split& split) {
@@ -130,26 +138,28 @@ Result<BlockTree> BlockTree::from(Grid grid, ViewLayout views, SplitOrder split,
   tree.grid_ = grid;
   tree.views_ = views;
   tree.split_ = split;
-  tree.order_ = std::move(order);
-  SYMRIG_CHECK(tree.grow(boundaries));
-  tree.note_pixel_levels();
+  const auto nodes = std::make_shared<Nodes>();
+  nodes->order = std::move(order);
+  SYMRIG_CHECK(nodes->grow(grid, boundaries));
+  nodes->note_pixel_levels();
+  tree.nodes_ = nodes;
   return tree;
 }
 
-Block BlockTree::block_around(std::int32_t begin, std::int32_t end) const {
-  int top = grid_.rows, left = grid_.cols, bottom = 0, right = 0;
+Block BlockTree::Nodes::block_around(Grid grid, std::int32_t begin, std::int32_t end) const {
+  int top = grid.rows, left = grid.cols, bottom = 0, right = 0;
   for (std::int32_t t = begin; t < end; ++t) {
-    const std::int32_t pixel = order_[t];
-    top = std::min(top, pixel / grid_.cols);
-    bottom = std::max(bottom, pixel / grid_.cols + 1);
-    left = std::min(left, pixel % grid_.cols);
-    right = std::max(right, pixel % grid_.cols + 1);
+    const std::int32_t pixel = order[t];
+    top = std::min(top, pixel / grid.cols);
+    bottom = std::max(bottom, pixel / grid.cols + 1);
+    left = std::min(left, pixel % grid.cols);
+    right = std::max(right, pixel % grid.cols + 1);
   }
   return {top, left, bottom - top, right - left, begin, end, 0, 0};
 }
 
-Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {
-  const auto n = static_cast<std::int32_t>(order_.size());
+Result<void> BlockTree::Nodes::grow(Grid grid, std::span<const std::int8_t> boundaries) {
+  const auto n = static_cast<std::int32_t>(order.size());
   const auto [lowest, highest] = std::minmax_element(boundaries.begin() + 1, boundaries.end());
   if (boundaries[0] != 0 || (n > 1 && *lowest < 1)) return not_a_tree("its root is not one block");
   const int last = n > 1 ? *highest : 0;
@@ -158,25 +168,25 @@ Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {
     std::vector<Block> blocks;
     for (std::int32_t begin = 0, t = 1; t <= n; ++t) {
       if (t < n && boundaries[t] > l) continue;
-      blocks.push_back(block_around(begin, t));
+      blocks.push_back(block_around(grid, begin, t));
       begin = t;
     }
-    if (l > 0 && !link_children(levels_.back(), blocks))
+    if (l > 0 && !link_children(levels.back(), blocks))
       return not_a_tree("a block of level " + std::to_string(l - 1) + " does not split into 2 to 4");
-    levels_.push_back(std::move(blocks));
+    levels.push_back(std::move(blocks));
   }
   return {};
 }
 
-void BlockTree::note_pixel_levels() {
-  pixel_level_.resize(order_.size());
-  for (int l = levels() - 1; l >= 0; --l)
-    for (const Block& block : level(l))
-      if (block.single_pixel()) pixel_level_[block.begin] = static_cast<std::int8_t>(l);
+void BlockTree::Nodes::note_pixel_levels() {
+  pixel_level.resize(order.size());
+  for (std::size_t l = levels.size(); l-- > 0;)
+    for (const Block& block : levels[l])
+      if (block.single_pixel()) pixel_level[block.begin] = static_cast<std::int8_t>(l);
 }
 
 std::vector<std::int8_t> BlockTree::boundaries() const {
-  std::vector<std::int8_t> first(order_.size(), 0);
+  std::vector<std::int8_t> first(order().size(), 0);
   for (int l = levels() - 1; l > 0; --l)
     for (const Block& block : level(l))
       if (block.begin > 0) first[block.begin] = static_cast<std::int8_t>(l);
@@ -191,13 +201,14 @@ std::int32_t BlockTree::block_at(int l, std::int32_t pixel) const {
 }
 
 void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) const {
-  assert(raster.size() == order_.size() && tree.size() == order_.size());
-  tensor::gather(order_.data(), raster.data(), tree.data(), order_.size());
+  assert(raster.size() == order().size() && tree.size() == order().size());
+  tensor::gather(order().data(), raster.data(), tree.data(), order().size());
 }
 
 void BlockTree::to_raster(std::span<const float> tree, std::span<float> raster) const {
-  assert(raster.size() == order_.size() && tree.size() == order_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) raster[order_[i]] = tree[i];
+  assert(raster.size() == order().size() && tree.size() == order().size());
+  const auto order = this->order();
+  for (std::size_t i = 0; i < order.size(); ++i) raster[order[i]] = tree[i];
 }
 
 }  // namespace symrig

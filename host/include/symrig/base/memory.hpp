@@ -19,4 +19,9 @@ std::int64_t resident_memory();
 /// Those that belong to no file: they can only leave memory when they are freed.
 std::int64_t anonymous_memory();
 
+/// Gives memory back to the system that was freed here, if it is much. malloc keeps it for later, also
+/// between other memory where nothing fits. Pages that are used again then cost time, so this is for the end
+/// of a stage.
+void give_back_freed_memory();
+
 }  // namespace symrig

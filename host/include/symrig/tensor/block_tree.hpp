@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -29,13 +30,14 @@ struct Block {
 /// at the middle (larger half first) until it is one pixel. Pixels are numbered in *tree order*, so each
 /// block is one contiguous range. Tensors permute a picture once and then work on ranges. [Garg06 §5.1]
 /// splits uniformly; we split at the middle to allow sizes that are not powers of two. Grids of several views
-/// may be cut in other orders (SplitOrder): then blocks are sets of pixels, not rectangles.
+/// may be cut in other orders (SplitOrder): then blocks are sets of pixels, not rectangles. Copies share
+/// their blocks, which never change.
 class BlockTree {
  public:
   /// The largest number of children of a block.
   static constexpr int kMaxChildren = 4;
 
-  BlockTree() = default;
+  BlockTree();
   /// The flat tree of one picture.
   explicit BlockTree(Grid grid);
   /// A tree with any order. fails: bad_argument (views that do not fit the grid), size_mismatch or bad_value
@@ -50,17 +52,17 @@ class BlockTree {
   ViewLayout views() const { return views_; }
   SplitOrder split() const { return split_; }
   /// Levels 0 (one block, the whole grid) .. levels()-1 (single pixels).
-  int levels() const { return static_cast<int>(levels_.size()); }
-  std::span<const Block> level(int l) const { return levels_[l]; }
+  int levels() const { return static_cast<int>(nodes_->levels.size()); }
+  std::span<const Block> level(int l) const { return nodes_->levels[l]; }
 
   /// The block of a level that contains a pixel (tree order).
   std::int32_t block_at(int l, std::int32_t pixel) const;
 
   /// The first level at which a pixel (tree order) is a whole block.
-  int pixel_level(std::int32_t pixel) const { return pixel_level_[pixel]; }
+  int pixel_level(std::int32_t pixel) const { return nodes_->pixel_level[pixel]; }
 
   /// order()[tree index] = raster index, size grid().size().
-  std::span<const std::int32_t> order() const { return order_; }
+  std::span<const std::int32_t> order() const { return nodes_->order; }
   /// boundaries()[t] = the first level at which tree pixels t − 1 and t lie in different blocks, 0 at t = 0.
   /// order() and boundaries() describe the tree completely. size grid().size().
   std::vector<std::int8_t> boundaries() const;
@@ -70,16 +72,20 @@ class BlockTree {
   void to_raster(std::span<const float> tree, std::span<float> raster) const;
 
  private:
-  void note_pixel_levels();
-  Result<void> grow(std::span<const std::int8_t> boundaries);
-  Block block_around(std::int32_t begin, std::int32_t end) const;
+  struct Nodes {
+    std::vector<std::vector<Block>> levels;
+    std::vector<std::int32_t> order;
+    std::vector<std::int8_t> pixel_level;
+
+    void note_pixel_levels();
+    Result<void> grow(Grid grid, std::span<const std::int8_t> boundaries);
+    Block block_around(Grid grid, std::int32_t begin, std::int32_t end) const;
+  };
 
   Grid grid_;
   ViewLayout views_;
   SplitOrder split_ = SplitOrder::flat;
-  std::vector<std::vector<Block>> levels_;
-  std::vector<std::int32_t> order_;
-  std::vector<std::int8_t> pixel_level_;
+  std::shared_ptr<const Nodes> nodes_;
 };
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/image/image.hpp"
+#include "symrig/image/stored_image.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
@@ -15,8 +15,8 @@ namespace symrig {
 /// A held-out photograph: not used to make the tensor, kept to estimate its error.
 struct HeldOut {
   std::string name;
-  Image<float> pattern;     ///< projector grid, 1 channel
-  Image<float> photograph;  ///< camera grid, tensor channels
+  StoredImage pattern;     ///< projector grid, 1 channel
+  StoredImage photograph;  ///< camera grid, tensor channels
 };
 
 /// The content of a scene.h5: the tensor, how it was captured, and held-out photographs.

@@ -19,6 +19,7 @@
 #include "acquisition/search/sparseness.hpp"
 #include "acquisition/search/target_tolerance.hpp"
 #include "symrig/acquisition/views.hpp"
+#include "symrig/base/memory.hpp"
 #include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
@@ -164,6 +165,7 @@ Result<void> Hierarchy::search() {
     found_.gain.add(found_.open[level]);
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
+    give_back_freed_memory();  // of the last level: blocks of this one have other sizes
     SYMRIG_CHECK(search_level(level));
     if (sparseness_.brute_force_takes_over()) return {};
     report_step(level);
@@ -258,10 +260,13 @@ Result<CaptureResult> Hierarchy::refine() {
       {.noisy = flood_.noisy, .reopened = reopening_.changed(), .budget = budget_.left()}));
   SYMRIG_CHECK(finishing.polish());
   merge_leaves(facts_, found_.known);
-  CaptureResult result;
-  result.tensor = found_.known.tensor();
+  // Estimates read a few photographs at a time. A tensor is twice in memory while it is finished.
+  photographer_.free_pool();
+  give_back_freed_memory();
+  TensorBuilder draft = found_.known.draft();
   found_.known.release();
-  photographer_.free_pool();  // estimates read a few photographs at a time
+  CaptureResult result;
+  result.tensor = std::move(draft).finish();
   if (!checks_) return result;
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
   SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));
