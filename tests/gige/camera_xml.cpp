@@ -163,6 +163,7 @@ std::string camera_xml(const CameraTraits& traits, Protocol protocol) {
     text += fmt::format("<pFeature>{}</pFeature>", name);
   if (traits.has_binning)
     text += "<pFeature>BinningHorizontal</pFeature><pFeature>BinningVertical</pFeature>";
+  if (traits.longest_overlap) text += "<pFeature>ExposureOverlapTimeMax</pFeature>";
   text += "</Category>\n";
   text += identity(usb);
   text += nodes.side("Width", 0x10000, 0x10080) + nodes.side("Height", 0x10004, 0x10084) +
@@ -189,12 +190,14 @@ std::string camera_xml(const CameraTraits& traits, Protocol protocol) {
           nodes.enumeration("TriggerMode", 0x10020, {{"Off", 0}, {"On", 1}}) +
           nodes.enumeration("TriggerSource", 0x10024, {{"Software", 0}, {"Line1", 1}, {"Line2", 2}}) +
           nodes.enumeration("TriggerActivation", 0x10028, {{"RisingEdge", 0}, {"LevelHigh", 1}}) +
-          nodes.enumeration("TriggerOverlap", 0x10088, {{"Off", 0}, {"ReadOut", 1}}) +
+          (traits.can_overlap ? nodes.enumeration("TriggerOverlap", 0x10088, {{"Off", 0}, {"ReadOut", 1}})
+                              : nodes.enumeration("TriggerOverlap", 0x10088, {{"Off", 0}})) +
           nodes.enumeration("ExposureMode", 0x1002C, {{"Timed", 0}, {"TriggerWidth", 1}});
   text += nodes.microseconds("ExposureTime", 0x10030, 20,
                              static_cast<double>(traits.longest_exposure.count()), "RW") +
           nodes.microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
           nodes.microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
+  if (traits.longest_overlap) text += nodes.microseconds("ExposureOverlapTimeMax", 0x1008C, 0, 1e6, "RW");
   text += nodes.integer("Gain", 0x10038, 0, 24) + nodes.integer("BlackLevel", 0x1003C, 0, 255);
   text +=
       "<Boolean Name=\"LineInverter\"><pValue>LineInverterReg</pValue><OnValue>1</OnValue>"

@@ -114,8 +114,10 @@ void GigeCamera::set_defaults() {
   store(0x10010, 0x01080001);
   store(0x10030, 10'000'000);
   store(0x10058, static_cast<std::uint32_t>(std::chrono::nanoseconds(traits_.readout).count()));
-  store(0x10034, 7'000);  // a delay that another program left
-  store(0x10088, 1);      // and its overlap
+  store(0x10034, 7'000);                        // a delay that another program left
+  store(0x10088, traits_.can_overlap ? 1 : 0);  // and its overlap
+  if (traits_.longest_overlap)
+    store(0x1008C, static_cast<std::uint32_t>(std::chrono::nanoseconds(*traits_.longest_overlap).count()));
   store(kBinning, 1);
   store(kBinning + 4, 1);
   controller_.reset();

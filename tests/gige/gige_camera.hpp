@@ -51,6 +51,9 @@ struct CameraTraits {
   /// were exposed.
   bool ids_when_sent = true;
   bool has_binning = true;
+  bool can_overlap = true;  ///< TriggerOverlap has an entry beside Off
+  /// ExposureOverlapTimeMax. None: it has no such node.
+  std::optional<std::chrono::microseconds> longest_overlap;
   bool discoverable = false;  ///< answers broadcasts on the loopback network
   std::chrono::microseconds readout = std::chrono::milliseconds(4);
   std::chrono::microseconds longest_exposure = std::chrono::seconds(1);

@@ -42,9 +42,10 @@ VirtualRigHooks GigeRig::hooks(bool knows_noise) {
   VirtualRigHooks hooks;
   hooks.camera = [this, knows_noise](Camera& simulated) { return open_camera(simulated, knows_noise); };
   hooks.board = [this](board_sim::SimBoard& board) {
-    if (!std::exchange(attached_, true)) board.attach(*this);
+    if (std::exchange(board_, &board) == nullptr) board.attach(*this);
     return Board::connect(make_sim_link(board));
   };
+  hooks.shutter = [this](board_sim::SimCamera& shutter) { shutter_ = &shutter; };
   hooks.options = [this](RigOptions& set) {
     set.ledger.guards = 4;  // as a rig file's default
     if (options) options(set);
@@ -68,7 +69,17 @@ Result<std::unique_ptr<Camera>> GigeRig::open_camera(Camera& simulated, bool kno
   if (knows_noise) facts.noise = noise.value_or(simulated.noise());
   facts.bits = kBits;
   facts.timing = simulated.timing();
-  return camera_of(keys, facts);
+  SYMRIG_TRY(auto camera, camera_of(keys, facts));
+  obey_nodes();
+  return camera;
+}
+
+/// The shutter's trigger is as the camera's nodes TriggerDelay and TriggerOverlap say.
+void GigeRig::obey_nodes() {
+  constexpr std::uint32_t kDelay = 0x10034, kOverlap = 0x10088;
+  const std::uint64_t delay_us = device_.reg(kDelay) / 1000;
+  delay_ = delay_us * board_->config().tick_hz / 1'000'000;
+  shutter_->set_trigger(delay_us, device_.reg(kOverlap) == 1, *board_);
 }
 
 /// The simulated shutter is on the same line and was attached before, so its exposure has ended too.
@@ -79,17 +90,26 @@ void GigeRig::outputs_changed(std::uint64_t tick, std::uint32_t levels, board_si
   const TickRate rate{board.config().tick_hz};
   if (high) begin_ = tick;
   if (high && end_ != 0) shortest_gap_ = std::min(shortest_gap_, rate.nanoseconds({tick - end_}));
-  if (!high) end_ = tick;
-  if (!high && simulated_ != nullptr) expose(begin_, tick, rate.hz);
+  if (high) return;
+  end_ = tick;
+  waiting_.push_back({begin_, tick});
+  if (delay_ == 0) on_event(tick, board);
 }
 
-void GigeRig::expose(std::uint64_t begin, std::uint64_t end, std::uint64_t tick_hz) {
+void GigeRig::on_event(std::uint64_t tick, board_sim::SimBoard& board) {
+  if (next_event() > tick) return;
+  const Pulse pulse = waiting_.front();
+  waiting_.pop_front();
+  if (simulated_ != nullptr) expose(pulse.end - pulse.begin, tick, board.config().tick_hz);
+}
+
+void GigeRig::expose(std::uint64_t width, std::uint64_t end, std::uint64_t tick_hz) {
   auto frames = simulated_->take(1, Nanoseconds{0});
   if (!frames || frames->empty()) return;  // the shutter was busy and missed the trigger
   picture_ = std::move(frames->front());
   const TickRate rate{tick_hz};
   ++pulses_;
-  device_.pulse(rate.nanoseconds({end - begin}), mishap ? mishap() : Mishap::none, rate.nanoseconds({end}));
+  device_.pulse(rate.nanoseconds({width}), mishap ? mishap() : Mishap::none, rate.nanoseconds({end}));
 }
 
 }  // namespace symrig::gige

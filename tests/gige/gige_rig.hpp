@@ -8,6 +8,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -42,18 +43,29 @@ class GigeRig final : public board_sim::Peripheral {
   Nanoseconds shortest_gap() const { return shortest_gap_; }
 
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard& board) override;
-  std::uint64_t next_event() const override { return board_sim::kNever; }
-  void on_event(std::uint64_t /*tick*/, board_sim::SimBoard& /*board*/) override {}
+  std::uint64_t next_event() const override {
+    return waiting_.empty() ? board_sim::kNever : waiting_.front().end + delay_;
+  }
+  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override;
 
  private:
   VirtualRigHooks hooks(bool knows_noise);
   Result<std::unique_ptr<Camera>> open_camera(Camera& simulated, bool knows_noise);
-  void expose(std::uint64_t begin, std::uint64_t end, std::uint64_t tick_hz);
+  void obey_nodes();
+  void expose(std::uint64_t width, std::uint64_t end, std::uint64_t tick_hz);
 
   std::string keys_;
   CameraFrame picture_;          // what the next pulse shows
   Camera* simulated_ = nullptr;  // makes the pictures
-  bool attached_ = false, high_ = false;
+  struct Pulse {
+    std::uint64_t begin, end;
+  };
+
+  board_sim::SimBoard* board_ = nullptr;
+  board_sim::SimCamera* shutter_ = nullptr;
+  std::uint64_t delay_ = 0;    // ticks, by the camera's node
+  std::deque<Pulse> waiting_;  // exposures that the delay keeps back
+  bool high_ = false;
   std::uint64_t begin_ = 0, end_ = 0, pulses_ = 0;
   Nanoseconds shortest_gap_ = Nanoseconds::max();
   GigeCamera device_;  // last: its thread ends first

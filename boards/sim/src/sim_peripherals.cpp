@@ -186,27 +186,47 @@ std::vector<SimPlaneProjector::Lit> SimPlaneProjector::lit(std::uint64_t begin, 
 SimCamera::SimCamera(const SimBoard& board, const SimCameraConfig& config)
     : trigger_(board.line(config.trigger_line)),
       strobe_(board.line(config.strobe_line)),
-      readout_(ticks_of_us(config.readout_us, board.config().tick_hz)) {}
+      readout_(ticks_of_us(config.readout_us, board.config().tick_hz)),
+      delay_(ticks_of_us(config.delay_us, board.config().tick_hz)),
+      overlap_(config.overlap) {}
+
+void SimCamera::set_trigger(std::uint64_t delay_us, bool overlap, const SimBoard& board) {
+  delay_ = ticks_of_us(delay_us, board.config().tick_hz);
+  overlap_ = overlap;
+}
 
 void SimCamera::outputs_changed(std::uint64_t tick, std::uint32_t levels, SimBoard& board) {
   const bool high = level_of(levels, trigger_);
   if (high == high_) return;
   high_ = high;
-  if (high && tick < busy_until_) {
+  if (high && (taken_ || (!overlap_ && tick < busy_until_))) {
     ++missed_;
+    ignoring_ = true;
   } else if (high) {
-    exposing_ = true;
-    begin_ = tick;
-    board.set_input(strobe_, true);
-  } else if (exposing_) {
-    exposing_ = false;
-    busy_until_ = tick + readout_;
-    frames_.push_back({begin_, tick});
-    board.set_input(strobe_, false);
+    taken_ = true;
+    opens_ = tick + delay_;
+  } else if (!std::exchange(ignoring_, false)) {
+    closes_ = tick + delay_;
   }
+  if (delay_ == 0) on_event(tick, board);
 }
 
-void SimCamera::on_event(std::uint64_t /*tick*/, SimBoard& /*board*/) {}
+void SimCamera::on_event(std::uint64_t tick, SimBoard& board) {
+  if (opens_ <= tick) {
+    begin_ = std::exchange(opens_, kNever);
+    board.set_input(strobe_, true);
+  }
+  if (closes_ > tick) return;
+  const std::uint64_t end = std::exchange(closes_, kNever);
+  taken_ = false;
+  board.set_input(strobe_, false);
+  if (end < busy_until_) {
+    ++missed_;
+    return;
+  }
+  busy_until_ = end + readout_;
+  frames_.push_back({begin_, end});
+}
 
 void SimCamera::reset() {
   frames_.clear();

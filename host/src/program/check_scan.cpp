@@ -104,8 +104,9 @@ class ScanCheck {
   }
 
   void check_gap() {
-    const Nanoseconds least = shortest_gap(rig_.camera);
-    if (timing_.gap() >= least) return;
+    // Without a gap, two pulses would be one.
+    const Nanoseconds least = std::max(shortest_gap(rig_.camera), board_.rate.nanoseconds(board_.min_dwell));
+    if (scan_.gap.value_or(least) >= least) return;
     findings_.error(
         scan_.gap_place, "camera.readout",
         fmt::format("{} from an exposure to the next trigger: '{}' needs {}, or it drops the "
@@ -183,8 +184,13 @@ class ScanCheck {
                       "bracket needs its own trigger",
                       group.bits),
           "advance = \"exposure\"");
-    const Nanoseconds least = rig_.projector.trigger_delay + timing_.on_time(group) +
-                              board_.rate.nanoseconds(board_.min_dwell + Ticks{1});
+    // The projector's pulse begins when the exposure has begun, and ends before the camera's pulse does.
+    const Nanoseconds pattern = rig_.projector.trigger_delay + timing_.on_time(group);
+    const Nanoseconds pulses = rig_.camera.mode == ExposureMode::timed
+                                   ? Nanoseconds{0}
+                                   : rig_.camera.trigger_delay + rig_.projector.advance_pulse;
+    const Nanoseconds least =
+        std::max(pattern, pulses) + board_.rate.nanoseconds(board_.min_dwell + Ticks{1});
     if (*std::min_element(scan_.bracket.begin(), scan_.bracket.end()) >= least) return;
     const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
     findings_.error(

@@ -62,17 +62,22 @@ class RigMoves {
     moves_.wait(plane_, first_edge(RigRole::plane), timeout, action, place);
   }
 
-  /// One exposure. Ends with the camera's line off; the exposure ends `offset` later.
+  /// One exposure, from its trigger to its end.
   void expose(Nanoseconds exposure, Nanoseconds stretch, int place) {
     const CameraProfile& camera = rig_.camera;
     if (camera.mode == ExposureMode::trigger_width) {
       moves_.pulse(camera_, board_.rate.ticks(exposure - camera.exposure_offset), place);
       outlast_pulse(place);
     } else {
-      const Nanoseconds width = camera.trigger_pulse + stretch;
+      const Nanoseconds width = camera.trigger_pulse + stretch, end = camera.trigger_delay + exposure;
       moves_.pulse(camera_, board_.rate.ticks(width), place);
-      if (exposure > width) moves_.hold_up(exposure - width, place);
+      if (end > width) moves_.hold_up(end - width, place);
     }
+  }
+
+  /// From the end of an exposure to the next trigger. Without any, two pulses would be one.
+  void gap(Nanoseconds time, int place) {
+    moves_.hold(std::max(moves_.ticks_up(time), board_.min_dwell), place);
   }
 
   /// An exposure with the projector's pulse inside: it takes in a whole triggered pattern.
@@ -80,11 +85,14 @@ class RigMoves {
     const CameraProfile& camera = rig_.camera;
     const bool timed = camera.mode == ExposureMode::timed;
     const Ticks pulse = board_.rate.ticks(rig_.projector.advance_pulse);
-    const Ticks lead = timed ? board_.rate.ticks(camera.trigger_pulse) : board_.min_dwell;
-    const Ticks whole = board_.rate.ticks(timed ? exposure : exposure - camera.exposure_offset);
+    const Ticks dwell = timed ? board_.rate.ticks(camera.trigger_pulse) : board_.min_dwell;
+    const Ticks lead = std::max(dwell, moves_.ticks_up(camera.trigger_delay) + board_.min_dwell);
+    const Ticks whole = timed ? board_.rate.ticks(camera.trigger_delay + exposure)
+                              : board_.rate.ticks(exposure - camera.exposure_offset);
     moves_.set(camera_, true, place);
-    moves_.hold(lead, place);
+    moves_.hold(dwell, place);
     if (timed) moves_.set(camera_, false, place);
+    if (lead > dwell) moves_.hold(lead - dwell, place);
     moves_.pulse(projector_, pulse, place);
     if (whole > lead + pulse) moves_.hold(whole - lead - pulse, place);
     if (timed) return;
@@ -105,9 +113,10 @@ class RigMoves {
     return rig_.is_active_low(role) ? EdgeKind::falling : EdgeKind::rising;
   }
 
-  /// A camera that exposes longer than its pulse; one that exposes shorter has ended already.
+  /// A camera that exposes later or longer than its pulse; one that exposes shorter has ended already.
   void outlast_pulse(int place) {
-    if (rig_.camera.exposure_offset.count() > 0) moves_.hold(rig_.camera.exposure_offset, place);
+    const Nanoseconds after = rig_.camera.trigger_delay + rig_.camera.exposure_offset;
+    if (after.count() > 0) moves_.hold(after, place);
   }
 
   const RigSetup& rig_;
@@ -146,7 +155,7 @@ class ScanMoves {
     moves_.loop(scan_.startup->pulses, place);
     moves_.mark(kMarkStartup, place);
     steps_.expose(scan_.startup->exposure, Nanoseconds{0}, place);
-    moves_.hold_up(timing_.gap(), place);
+    steps_.gap(timing_.gap(), place);
     moves_.end_loop(place);
   }
 
@@ -165,12 +174,12 @@ class ScanMoves {
       moves_.mark(kMarkPattern, scan_.place);
       moves_.hold(due - ahead - now, scan_.gap_place);
       steps_.await_plane(ahead + lead / 2, OnTimeout::keep_going, scan_.place);
-      moves_.hold_up(timing_.settle(), scan_.settle_place);
+      moves_.hold_up(timing_.before_trigger(), scan_.settle_place);
       moves_.mark(mark_of_exposure(0), scan_.bracket_place);
       steps_.expose(one.exposure, Nanoseconds{0}, scan_.bracket_place);
       now = due + reaction_ + timing_.settle() + one.exposure;
     }
-    moves_.hold_up(timing_.gap(), scan_.gap_place);
+    steps_.gap(timing_.gap(), scan_.gap_place);
   }
 
   void write_sequence() {
@@ -220,13 +229,13 @@ class ScanMoves {
       if (ask) {
         steps_.advance(marker_for(RigRole::projector), scan_.on_timeout, group.place);
         lamp(true);
-        moves_.hold_up(timing_.settle(), scan_.settle_place);
+        moves_.hold_up(timing_.before_trigger(), scan_.settle_place);
       }
       moves_.mark(mark_of_exposure(j), place);
       steps_.expose(exposure, marker_for(RigRole::camera), place);
     }
     if (last || scan_.advance == Advance::each_exposure) lamp(false);
-    moves_.hold_up(timing_.gap(), scan_.gap_place);
+    steps_.gap(timing_.gap(), scan_.gap_place);
   }
 
   /// By how much a pulse on that line is longer now; the marker is used up by it.
@@ -284,7 +293,7 @@ class HandMoves {
         return moves_.hold_up(rig_.projector.settle, step.place);
       case FileStep::Kind::expose:
         steps_.expose(step.time, Nanoseconds{0}, step.place);
-        return moves_.hold_up(shortest_gap(rig_.camera), step.place);
+        return steps_.gap(shortest_gap(rig_.camera), step.place);
     }
   }
 

@@ -51,6 +51,7 @@ void read_camera_keys(base::TableReader& table, CameraProfile& camera) {
   table.read("exposure_offset", camera.exposure_offset);
   table.read("min_exposure", camera.min_exposure);
   table.read("trigger_pulse", camera.trigger_pulse);
+  table.read("trigger_delay", camera.trigger_delay);
   table.read("readout", camera.readout);
   table.read("overlap", camera.overlap);
   table.read("overlap_time_max", camera.overlap_time_max);

@@ -26,7 +26,12 @@ class ScanTiming {
     return camera.mode == ExposureMode::timed ? camera.trigger_pulse : exposure - camera.exposure_offset;
   }
   Nanoseconds gap() const { return scan_.gap.value_or(shortest_gap(rig_.camera)); }
-  Nanoseconds settle() const { return scan_.settle.value_or(rig_.projector.settle); }
+  /// From the pattern to the exposure. A camera that is late by more takes its own time.
+  Nanoseconds settle() const {
+    return std::max(scan_.settle.value_or(rig_.projector.settle), rig_.camera.trigger_delay);
+  }
+  /// From the pattern to the camera's trigger: the exposure begins `settle` after the pattern.
+  Nanoseconds before_trigger() const { return settle() - rig_.camera.trigger_delay; }
 
   /// True if the projector makes the pattern by pulses (bit planes), so that only all of them give its
   /// levels.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/bracket_taker.hpp"
 
+#include "rig/shutter_timing.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
@@ -22,6 +23,13 @@ std::vector<std::size_t> first_frames(std::span<const Exposures> brackets) {
   std::vector<std::size_t> first{0};
   for (const Exposures& bracket : brackets) first.push_back(first.back() + bracket.size());
   return first;
+}
+
+Nanoseconds shortest_of(std::span<const Exposures> brackets) {
+  Nanoseconds shortest = Nanoseconds::max();
+  for (const Exposures& bracket : brackets)
+    for (const Nanoseconds exposure : bracket) shortest = std::min(shortest, exposure);
+  return shortest;
 }
 
 std::vector<std::size_t> missing_in(const std::vector<std::optional<TakenBracket>>& brackets) {
@@ -156,8 +164,12 @@ Result<void> BracketTaker::lock(Nanoseconds exposure) {
 /// Runs the board once. Returns the brackets that are certain.
 Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
                                                  std::span<const Exposures> exposures) {
+  RigSetup fitted = setup;
+  CameraProfile& camera = fitted.camera;
+  camera.overlap_time_max = rig::usable_overlap(camera, shortest_of(exposures));
+  const Nanoseconds gap = rig::gap_without_overlap(options_) - camera.overlap_time_max;
   SYMRIG_TRY(const CompiledProgram compiled,
-             compile_brackets(setup, devices_->board().info(), exposures, options_.gap));
+             compile_brackets(fitted, devices_->board().info(), exposures, gap));
   return run(compiled, exposures, nullptr);
 }
 
@@ -328,8 +340,11 @@ ExposureLine BracketTaker::exposure_line() const {
   const RigSetup& setup = options_.setup;
   const bool strobed = setup.with_role(RigRole::strobe) != nullptr;
   const RigRole shows = strobed ? RigRole::strobe : RigRole::camera;
-  return {devices_->board().info().line(setup.line_name(shows)), setup.is_active_low(shows),
-          strobed ? Nanoseconds{0} : setup.camera.exposure_offset, options_.strobe_tolerance};
+  const int line = devices_->board().info().line(setup.line_name(shows));
+  const Nanoseconds delay = setup.camera.trigger_delay, none{0};
+  // A strobe is late by the delay already. Marks are beside the trigger.
+  if (strobed) return {line, setup.is_active_low(shows), none, none, options_.strobe_tolerance + delay};
+  return {line, setup.is_active_low(shows), delay, setup.camera.exposure_offset, options_.strobe_tolerance};
 }
 
 /// With Pacing::host, the board must not trigger the projector.

@@ -28,6 +28,10 @@ std::vector<TickPulse> pulses_of(const Receipt& receipt, const ExposureLine& lin
   return pulses;
 }
 
+Ticks later(Ticks tick, Nanoseconds time, TickRate rate) {
+  return time.count() < 0 ? tick - std::min(tick, rate.ticks(-time)) : tick + rate.ticks(time);
+}
+
 std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) {
   hash = (hash ^ word) * 0x9E3779B97F4A7C15U;
   return hash ^ (hash >> 29U);
@@ -53,11 +57,13 @@ Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine&
                                      std::span<const std::size_t> first, const SteadyClock& clock) {
   BoardEvidence evidence;
   std::vector<FrameStamp> begins;
-  evidence.pulses = pulses_of(receipt, line);
-  for (const TickPulse& pulse : evidence.pulses) {
+  for (const TickPulse& pulse : pulses_of(receipt, line)) {
     SYMRIG_TRY(const SteadyMoment begin, clock.at(pulse.begin));
     SYMRIG_TRY(const SteadyMoment end, clock.at(pulse.end));
-    evidence.exposures.push_back({begin.at, end.at + line.offset, std::max(begin.bound, end.bound)});
+    evidence.on_board.push_back({later(pulse.begin, line.delay, receipt.rate),
+                                 later(pulse.end, line.delay + line.offset, receipt.rate)});
+    evidence.exposures.push_back(
+        {begin.at + line.delay, end.at + line.delay + line.offset, std::max(begin.bound, end.bound)});
     evidence.widths.push_back(receipt.rate.nanoseconds(pulse.end - pulse.begin) + line.offset);
     begins.push_back({begins.size(), pulse.begin});
   }

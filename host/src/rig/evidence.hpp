@@ -18,20 +18,21 @@ namespace symrig {
 struct ExposureLine {
   int line = -1;  ///< number on the board
   bool active_low = false;
+  Nanoseconds delay{0};   ///< from an edge of the line to what the camera does
   Nanoseconds offset{0};  ///< exposure time minus the time for which the line is active
   /// A pulse belongs to a mark if it begins at most this long after the mark.
   Nanoseconds tolerance{1'000'000};
 };
 
-/// An exposure on the board's clock.
+/// A pulse or an exposure on the board's clock.
 struct TickPulse {
   Ticks begin, end;
 };
 
 /// The exposures of one run, from the board.
 struct BoardEvidence {
-  std::vector<TickPulse> pulses;        ///< every pulse of the line
-  std::vector<SeenExposure> exposures;  ///< every pulse of the line, requested or not
+  std::vector<TickPulse> on_board;      ///< the exposure of every pulse of the line, on the board's clock
+  std::vector<SeenExposure> exposures;  ///< the same on the host's clock, requested or not
   std::vector<Nanoseconds> widths;      ///< the exposure time of each pulse
   /// [first[i] + j]: the pulse of exposure j of photograph i. None: the camera made no exposure.
   std::vector<std::optional<std::size_t>> pulse_of;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exposure_choice.hpp"
 
-#include "program/timing.hpp"
+#include "rig/shutter_timing.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
@@ -22,8 +22,8 @@ constexpr double kMerging = 1e9 / 300e6;
 Nanoseconds frame_cost(const RigOptions& options, const Camera& camera) {
   if (options.frame_cost) return *options.frame_cost;
   const double samples = static_cast<double>(camera.grid().size()) * camera.channels();
-  return options.gap.value_or(program::shortest_gap(options.setup.camera)) +
-         Nanoseconds{std::llround(kMerging * samples)};
+  // A further exposure may be too short to overlap a readout.
+  return rig::gap_without_overlap(options) + Nanoseconds{std::llround(kMerging * samples)};
 }
 
 Nanoseconds least_exposure(const RigOptions& options, const CameraTiming& timing) {

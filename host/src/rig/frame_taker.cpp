@@ -3,6 +3,7 @@
 
 #include "rig/bracket_taker.hpp"
 #include "rig/exposure_choice.hpp"
+#include "rig/shutter_timing.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -36,9 +37,7 @@ Result<std::unique_ptr<FrameTaker>> FrameTaker::open(RigParts parts) {
   frames->taker_ =
       std::make_unique<BracketTaker>(std::make_unique<DeviceSet>(std::move(parts.devices), options), options);
   SYMRIG_CHECK(frames->taker_->open());
-  // The camera may state a longer readout than the rig's description. It loses triggers that come earlier.
-  Nanoseconds& readout = options.setup.camera.readout;
-  readout = std::max(readout, frames->taker_->camera().timing().readout);
+  rig::adopt_timing(options, frames->taker_->camera().timing());
   SYMRIG_TRY(frames->timing_, frames->taker_->timing());
   return frames;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brackets in the bit planes of pictures that change while the board runs.
-#include "program/timing.hpp"
 #include "rig/bracket_taker.hpp"
+#include "rig/shutter_timing.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
@@ -125,8 +125,14 @@ void BracketTaker::judge_pictures(const PlaneSchedule& schedule) {
 
 PlaneRules BracketTaker::plane_rules() const {
   const Projector& projector = devices_->projector();
-  PlaneRules rules{projector.planes(), projector.refresh_period(), options_.setup.projector.settle,
-                   options_.gap.value_or(program::shortest_gap(options_.setup.camera)), hold_};
+  const CameraProfile& camera = options_.setup.camera;
+  PlaneRules rules;
+  rules.timing = projector.planes();
+  rules.refresh = projector.refresh_period();
+  rules.settle = std::max(options_.setup.projector.settle, camera.trigger_delay);
+  rules.gap = rig::gap_without_overlap(options_);
+  rules.overlap = rig::usable_overlap(camera, camera.overlap_time_max);
+  rules.hold = hold_;
   // Frames without noise hold the mean light of the shutter's time, so there must be no dark time in it.
   rules.crosses = !options_.reading->exact();
   const BoardInfo& board = devices_->board().info();
@@ -148,6 +154,7 @@ RigSetup BracketTaker::plane_setup() const {
   projector.frame_lead = timing.frame_lead;
   projector.refresh = devices_->projector().refresh_period();
   projector.vsync_timeout = std::max(projector.vsync_timeout, 3 * projector.refresh);
+  setup.camera.overlap = false;  // the schedule has it already
   return setup;
 }
 

@@ -137,7 +137,7 @@ Result<std::vector<PlaneProof>> prove_planes(const Receipt& receipt, const Plane
   for (std::size_t i = 0; i < proofs.size(); ++i) {
     const auto pulse = evidence.pulse_of[i];
     if (!pulse) continue;
-    const TickPulse& exposure = evidence.pulses[*pulse];
+    const TickPulse& exposure = evidence.on_board[*pulse];
     const auto frame = planes.frame_before(exposure.begin);
     proofs[i] = PlaneProof::no_refresh;
     if (!frame) continue;

@@ -25,7 +25,7 @@ Nanoseconds begin_of(const PlaneExposure& at, const PlaneRules& rules) {
   return at.refresh * rules.refresh + rules.timing.frame_lead + at.plane * rules.timing.period;
 }
 
-/// When the board can wait for the next plane.
+/// When the board can wait for the next plane if nothing overlaps.
 Nanoseconds ready_after(const PlaneExposure& at, const PlaneRules& rules) {
   return begin_of(at, rules) + rules.settle + rules.reaction + at.exposure + rules.gap +
          plane_lead(rules.timing.period);
@@ -38,7 +38,7 @@ class PlanePlanner {
       : rules_(rules), planes_(rules.timing.planes), ready_(rules.first) {}
 
   void add(const WantedExposure& wanted) {
-    std::int64_t plane = first_plane_after(ready_);
+    std::int64_t plane = first_plane_after(ready_ - std::min(rules_.overlap, wanted.time));
     std::optional<PlaneExposure> at;
     for (at = placed(plane, wanted.time); !at || !is_free(*at, wanted.photograph);
          at = placed(plane, wanted.time))
@@ -167,7 +167,8 @@ PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const Wante
   for (const WantedExposure& one : wanted) {
     const PlaneShot& shot = shots[one.photograph];
     PlaneExposure at{static_cast<std::int64_t>(out.order.size()), shot.plane, 1, one.time};
-    for (; begin_of(at, rules) < ready; at.refresh += rules.hold) out.order.insert(out.order.end(), hold, 0);
+    const Nanoseconds after = ready - std::min(rules.overlap, one.time);
+    for (; begin_of(at, rules) < after; at.refresh += rules.hold) out.order.insert(out.order.end(), hold, 0);
     out.order.insert(out.order.end(), hold, out.pictures.size());
     out.pictures.push_back(picture_of(shot, static_cast<int>(one.photograph), bright, rules.timing.planes));
     out.exposures.push_back({one, at});

@@ -5,6 +5,7 @@
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
 #include "rig/plane_check.hpp"
+#include "rig/shutter_timing.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"
@@ -50,9 +51,7 @@ Result<std::unique_ptr<Rig>> Rig::open(Board board, std::unique_ptr<Projector> p
 Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
   taker_ = std::make_unique<BracketTaker>(std::move(devices), options_);
   SYMRIG_CHECK(taker_->open());
-  // The camera may state a longer readout than the rig's description. It loses triggers that come earlier.
-  Nanoseconds& readout = options_.setup.camera.readout;
-  readout = std::max(readout, taker_->camera().timing().readout);
+  rig::adopt_timing(options_, taker_->camera().timing());
   if (!options_.views.fits(grid()))
     return Error{
         ErrorCode::bad_argument,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/file_keys.hpp"
-#include "program/timing.hpp"
 #include "projector/driver.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "rig/sensor_facts.hpp"
@@ -142,7 +141,7 @@ void check_pairs(TableReader& top, const RigDescription& file) {
 void settle_options(RigDescription& file) {
   RigOptions& options = file.options;
   options.setup = wired(file);
-  options.gap = program::shortest_gap(file.setup.camera) + 2 * options.ledger.tolerance + kClockMargin;
+  options.gap = file.setup.camera.readout + 2 * options.ledger.tolerance + kClockMargin;
   options.ledger.readout = file.setup.camera.readout;
   options.name = file.identity();
 }

@@ -12,7 +12,7 @@ inline camera::SensorFacts sensor_facts(const RigDescription& rig) {
   return {rig.camera.noise,
           rig.camera.bits,
           rig.camera.defects,
-          {profile.min_exposure, rig.camera.max_exposure, profile.readout}};
+          {profile.min_exposure, rig.camera.max_exposure, profile.readout, profile.trigger_delay}};
 }
 
 }  // namespace symrig

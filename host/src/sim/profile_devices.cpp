@@ -42,6 +42,7 @@ board_sim::SimBoardConfig board_of(const RigProfile& profile) {
 board_sim::SimCameraConfig shutter_of(const RigProfile& profile) {
   board_sim::SimCameraConfig config;
   config.readout_us = static_cast<std::uint64_t>(1e6 * profile.readout_seconds) - 1000;
+  config.overlap = profile.overlap;
   return config;
 }
 

@@ -18,6 +18,8 @@ constexpr std::array kProfiles{
     RigProfile{"dlpc350",
                "24 bit planes in each picture of a 60 Hz screen, and a camera of 200 frames a second", 60,
                1e-5, 5e-3, 1, 24},
+    RigProfile{"dlpc350-overlap", "as dlpc350, and the camera exposes while it reads out the last frame", 60,
+               1e-5, 5e-3, 1, 24, true},
     RigProfile{"dim", "as screen60 with a tenth of the light", 60, 1e-3, 1.0 / 60, 0.1},
 };
 
@@ -40,6 +42,8 @@ double transmission_of(const SceneUri& uri) {
 RigSetup setup_of(const RigProfile& profile) {
   RigSetup setup = default_rig_setup();
   setup.camera.readout = duration(profile.readout_seconds);
+  setup.camera.overlap = profile.overlap;
+  setup.camera.overlap_time_max = profile.overlap ? setup.camera.readout : Nanoseconds{0};
   setup.projector.refresh = duration(1 / profile.refresh_hz);
   setup.projector.vsync_timeout = duration(3 / profile.refresh_hz);
   setup.projector.settle = duration(profile.settle_seconds);

@@ -82,6 +82,7 @@ SimulatedRig::SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks)
     board_->attach(*raster_);
   }
   board_->attach(shutter_);
+  if (hooks_.shutter) hooks_.shutter(shutter_);
   if (hooks_.planes && plane_raster_) hooks_.planes(*plane_raster_, *board_);
 }
 

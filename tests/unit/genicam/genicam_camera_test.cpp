@@ -98,6 +98,7 @@ TEST(GenicamCamera, region_gain_features_and_timing_are_the_cameras) {
   settings.black_level = 17;
   settings.features = {{"LineInverter", "true"}, {"TriggerDelay", "250"}};
   settings.timing.readout = 1ms;
+  settings.timing.trigger_delay = 30us;
   auto opened = GenicamCamera::open(settings);
   ASSERT_OK(opened);
   EXPECT_EQ((*opened)->grid(), (Grid{16, 12}));
@@ -108,7 +109,9 @@ TEST(GenicamCamera, region_gain_features_and_timing_are_the_cameras) {
   EXPECT_EQ(device.reg(0x10038), 3U);
   EXPECT_EQ(device.reg(0x1003C), 17U);
   EXPECT_EQ(device.reg(0x10064), 1U);
-  EXPECT_EQ((*opened)->timing().readout, 4ms + 250us) << "SensorReadoutTime and TriggerDelay";
+  EXPECT_EQ((*opened)->timing().readout, 4ms) << "SensorReadoutTime";
+  EXPECT_EQ((*opened)->timing().trigger_delay, 250us + 30us) << "TriggerDelay, and what the rig file says";
+  EXPECT_EQ((*opened)->timing().overlap, 0us);
   EXPECT_EQ((*opened)->timing().max_exposure, 1s);
 }
 
@@ -121,6 +124,38 @@ TEST(GenicamCamera, a_delay_and_an_overlap_that_another_program_left_are_removed
   EXPECT_EQ(device.reg(0x10034), 0U) << "TriggerDelay";
   EXPECT_EQ(device.reg(0x10088), 0U) << "TriggerOverlap";
   EXPECT_EQ((*opened)->timing().readout, 4ms);
+}
+
+TEST(GenicamCamera, overlaps_its_readout_if_it_is_told_to) {
+  GigeCamera device({}, gige::numbered_scene);
+  GenicamSettings settings = settings_for(device);
+  settings.overlap = true;
+  {
+    auto opened = GenicamCamera::open(settings);
+    ASSERT_OK(opened);
+    EXPECT_EQ(device.reg(0x10088), 1U) << "TriggerOverlap is ReadOut";
+    EXPECT_EQ((*opened)->timing().readout, 4ms);
+    EXPECT_EQ((*opened)->timing().overlap, 4ms);
+  }
+  gige::CameraTraits limited;
+  limited.longest_overlap = 1500us;
+  GigeCamera other(limited, gige::numbered_scene);
+  settings = settings_for(other);
+  settings.overlap = true;
+  {
+    auto opened = GenicamCamera::open(settings);
+    ASSERT_OK(opened);
+    EXPECT_EQ((*opened)->timing().overlap, 1500us) << "ExposureOverlapTimeMax";
+  }
+  gige::CameraTraits plain;
+  plain.can_overlap = false;
+  GigeCamera third(plain, gige::numbered_scene);
+  settings = settings_for(third);
+  settings.overlap = true;
+  const auto refused = GenicamCamera::open(settings);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().line().find("remove camera.overlap"), std::string::npos)
+      << refused.error().line();
 }
 
 TEST(GenicamCamera, the_camera_bins_its_pixels_itself) {

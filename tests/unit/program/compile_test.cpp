@@ -229,6 +229,62 @@ TEST(Compile, lines_in_use_are_captured_and_the_rest_not) {
                                                    {"vsync", true}}));
 }
 
+/// The pulses of the camera's trigger.
+std::vector<std::pair<Ticks, Ticks>> camera_pulses(const CompiledProgram& program) {
+  const BoardInfo board = test::board();
+  TimelineOptions options;
+  options.edge_at = [](const PlannedWait& wait) -> std::optional<Ticks> { return wait.begin + Ticks{1000}; };
+  const auto timeline = expand(program.program, board, options);
+  EXPECT_TRUE(timeline.ok());
+  if (!timeline) return {};
+  std::vector<std::pair<Ticks, Ticks>> pulses;
+  for (const PlannedEdge& edge : timeline->edges) {
+    if (edge.line != board.line("camera_trigger")) continue;
+    if (edge.level) pulses.emplace_back(edge.tick, Ticks{0});
+    if (!edge.level) pulses.back().second = edge.tick;
+  }
+  return pulses;
+}
+
+// The camera is ready as soon as an exposure ends. Without a time between them, two pulses would be one.
+TEST(Compile, pulses_of_two_exposures_are_two) {
+  constexpr const char* kReady =
+      "symrig = 1\n[rig.camera]\nreadout = \"3 ms\"\noverlap = true\n"
+      "overlap_time_max = \"3 ms\"\n[program]\n";
+  for (const char* scan : {"patterns = 2\nbracket = [\"3 ms\", \"5 ms\"]\n",
+                           "steps = [{ expose = \"3 ms\" }, { expose = \"5 ms\" }, { expose = \"3 ms\" }, "
+                           "{ expose = \"5 ms\" }]\n"}) {
+    const auto pulses = camera_pulses(test::compiled(std::string(kReady) + scan));
+    ASSERT_EQ(pulses.size(), 4U) << scan;
+    for (std::size_t k = 0; k < 4; ++k)
+      EXPECT_EQ(pulses[k].second - pulses[k].first, test::board().rate.ticks(k % 2 == 0 ? 3ms : 5ms)) << k;
+  }
+  const Compilation none =
+      test::compile(std::string(kReady) + "patterns = 2\nbracket = [\"3 ms\"]\ngap = \"0 us\"\n");
+  EXPECT_EQ(test::finding_of(none, "camera.readout").severity, Severity::error);
+}
+
+// The camera exposes 0.4 ms after an edge of its trigger: the trigger comes 0.4 ms earlier, and nothing else
+// changes before the exposure has ended.
+TEST(Compile, a_late_camera_is_triggered_earlier) {
+  const auto scan = [](const std::string& key) {
+    return test::compiled("symrig = 1\n[rig.camera]\nreadout = \"2 ms\"\n" + key +
+                          "[program]\npatterns = 3\nbracket = [\"1 ms\", \"3 ms\"]\n");
+  };
+  const auto prompt = scan(""), late = scan("trigger_delay = \"400 us\"\n");
+  const auto asked = camera_pulses(prompt), earlier = camera_pulses(late);
+  ASSERT_EQ(asked.size(), 6U);
+  ASSERT_EQ(earlier.size(), 6U);
+  const Ticks delay = test::board().rate.ticks(400us);
+  // A second exposure of a pattern waits for its gap from the end of the first one.
+  Ticks more{0};
+  for (std::size_t k = 0; k < 6; ++k) {
+    if (k % 2 == 1) more = more + delay;
+    EXPECT_EQ(earlier[k].first + delay, asked[k].first + more) << k;
+    EXPECT_EQ(earlier[k].second - earlier[k].first, asked[k].second - asked[k].first) << k;
+  }
+}
+
 // Stamps of 2 us come from interrupts: nobody asks for them by accident.
 TEST(Compile, lines_that_are_stamped_coarsely_are_captured_only_if_asked_for) {
   BoardInfo board = test::board();

@@ -92,6 +92,32 @@ TEST_F(Planes, each_exposure_sees_its_plane_and_no_other) {
   EXPECT_LT(receipt->duration(), 6 * 16'666'667ns);
 }
 
+// The camera exposes 250 us after its trigger. The projector has settled long before.
+TEST_F(Planes, a_late_camera_exposes_in_its_planes_too) {
+  camera.set_trigger(250, false, sim);
+  rig.camera.trigger_delay = 250us;
+  projector.show(3, sim);
+  auto board = Board::connect(make_sim_link(sim));
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  const std::vector<PlaneExposure> exposures{
+      {0, 0, 1, 400us}, {0, 8, 1, 50us}, {0, 20, 4, 2400us}, {1, 7, 10, 6ms}};
+  const auto compiled = compile_planes(rig, board->info(), exposures);
+  ASSERT_OK(compiled);
+  const auto receipt = board->run(compiled->program, 10s);
+  ASSERT_OK(receipt);
+  ASSERT_EQ(camera.frames().size(), exposures.size());
+  for (std::size_t i = 0; i < exposures.size(); ++i) {
+    const auto& frame = camera.frames()[i];
+    EXPECT_EQ(frame.end - frame.begin, board->info().rate.ticks(exposures[i].exposure).count);
+    for (const auto& one : projector.lit(frame.begin, frame.end)) {
+      EXPECT_GE(one.plane, exposures[i].plane) << i;
+      EXPECT_LT(one.plane, exposures[i].plane + exposures[i].planes) << i;
+    }
+  }
+  EXPECT_NE(error_of({{0, 0, 1, 500us}}), "") << "the exposure would end in the next plane";
+}
+
 // A board whose edges software makes answers an edge hundreds of microseconds later. Each wait must still
 // begin before its own edge, and after the one of the plane before.
 TEST_F(Planes, a_board_that_answers_edges_late_waits_for_the_same_ones) {

@@ -181,7 +181,7 @@ class DarkCamera final : public Camera {
  public:
   Grid grid() const override { return {2, 3}; }
   int channels() const override { return 1; }
-  CameraTiming timing() const override { return {1ms, 2s, 5ms}; }
+  CameraTiming timing() const override { return {1ms, 2s, 5ms, 30us, 2ms}; }
   const NoiseModel& noise() const override { return noise_; }
   const Image<std::uint8_t>* dead() const override { return nullptr; }
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds /*patience*/) override {
@@ -231,6 +231,8 @@ TEST(DevicePair, tells_all_of_its_devices) {
   ASSERT_OK(screen);
   EXPECT_EQ((*camera)->noise(), NoiseModel::from_electrons({}));
   EXPECT_EQ((*camera)->timing().max_exposure, 2s);
+  EXPECT_EQ((*camera)->timing().trigger_delay, 30us);
+  EXPECT_EQ((*camera)->timing().overlap, 2ms);
   EXPECT_EQ((*screen)->pacing(), Pacing::host);
   const auto frames = (*camera)->take(3, 0s);
   ASSERT_OK(frames);

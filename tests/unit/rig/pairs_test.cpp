@@ -270,6 +270,52 @@ TEST(JoinedProjectors, each_shows_its_part_and_the_last_one_counts) {
   EXPECT_EQ((*joined)->load({&small, 1}).error().code, ErrorCode::size_mismatch);
 }
 
+/// A camera that only has a timing.
+class TimedCamera final : public Camera {
+ public:
+  explicit TimedCamera(CameraTiming timing) : timing_(timing) {}
+  Grid grid() const override { return {2, 3}; }
+  int channels() const override { return 1; }
+  CameraTiming timing() const override { return timing_; }
+  const NoiseModel& noise() const override { return noise_; }
+  const Image<std::uint8_t>* dead() const override { return nullptr; }
+  Result<std::vector<CameraFrame>> take(std::size_t /*count*/, Nanoseconds /*patience*/) override {
+    return std::vector<CameraFrame>{};
+  }
+  std::string describe() const override { return "timed"; }
+
+ private:
+  CameraTiming timing_;
+  NoiseModel noise_ = NoiseModel::from_electrons({});
+};
+
+Result<std::unique_ptr<Camera>> joined_cameras(CameraTiming first, CameraTiming second) {
+  std::vector<std::unique_ptr<Camera>> cameras;
+  cameras.push_back(std::make_unique<TimedCamera>(first));
+  cameras.push_back(std::make_unique<TimedCamera>(second));
+  return join_cameras(std::move(cameras), {{1, 2}, {2, 6}});
+}
+
+// The first takes its next trigger 3 ms after an exposure, the second one 4 ms.
+TEST(JoinedCameras, wait_for_the_slowest_of_all) {
+  const auto joined = joined_cameras({1ms, 2s, 5ms, 100us, 2ms}, {2ms, 1s, 4ms, 100us, 0ms});
+  ASSERT_OK(joined);
+  const CameraTiming timing = (*joined)->timing();
+  EXPECT_EQ(timing.min_exposure, 2ms);
+  EXPECT_EQ(timing.max_exposure, 1s);
+  EXPECT_EQ(timing.readout, 5ms);
+  EXPECT_EQ(timing.trigger_delay, 100us);
+  EXPECT_EQ(timing.readout - timing.overlap, 4ms);
+}
+
+// One trigger begins all exposures, and the board's stamps count for all cameras.
+TEST(JoinedCameras, expose_at_one_time) {
+  const auto joined = joined_cameras({1ms, 2s, 5ms, 100us}, {1ms, 2s, 5ms, 200us});
+  ASSERT_FALSE(joined.ok());
+  EXPECT_NE(joined.error().line().find("pair 2"), std::string::npos) << joined.error().line();
+  EXPECT_NE(joined.error().line().find("TriggerDelay"), std::string::npos) << joined.error().line();
+}
+
 TEST(JoinedProjectors, have_one_pacing) {
   std::vector<std::unique_ptr<Projector>> screens;
   screens.push_back(std::make_unique<ToldScreen>(std::make_shared<ToldScreen::State>()));

@@ -67,7 +67,7 @@ class Wall {
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.setup.projector.refresh);
     const SimulatedProjector* screen = projector.get();
     pixels_ = static_cast<std::size_t>(camera.size());
-    SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_, 125'000'000};
+    SimulatedCameraSpec spec{camera, 1, timing, NoiseModel::from_electrons({}), dead_, 125'000'000};
     auto eye = std::make_unique<SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
     SYMRIG_TRY(auto board, Board::connect(make_sim_link(board_)));
@@ -76,6 +76,7 @@ class Wall {
 
   std::vector<double> open_seconds;  ///< of every exposure so far
   double lamp = 1;                   ///< its brightness
+  CameraTiming timing;               ///< what the camera says of itself
 
  private:
   std::vector<CameraFrame> develop(const SimulatedProjector& screen,
@@ -292,6 +293,99 @@ TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
   const auto rig = wall.open();
   ASSERT_FALSE(rig.ok());
   EXPECT_EQ(rig.error().code, ErrorCode::frame_missing) << rig.error().line();
+}
+
+/// Photographs of two patterns in turn. With a pattern for another one, a radiance would be wrong by half or
+/// more.
+void expect_halves_and_wholes(Rig& rig) {
+  std::vector<Pattern> patterns;
+  for (int k = 0; k < 6; ++k) patterns.emplace_back(Grid{3, 4}, 1, k % 2 == 0 ? 1.F : 0.5F);
+  const auto photographs = rig.measure(patterns);
+  ASSERT_TRUE(photographs.ok()) << photographs.error().line();
+  for (std::size_t k = 0; k < 6; ++k)
+    EXPECT_NEAR((*photographs)[k].mean.at(1, 1), k % 2 == 0 ? 2e6 : 1e6, 2e3) << k;
+  EXPECT_EQ(rig.trouble().retaken, 0);
+  EXPECT_EQ(rig.trouble().frames.missing, 0);
+}
+
+// The camera exposes 7 ms after its trigger: longer than settling, and longer than the shortest exposure. Its
+// stamps mark the end of exposures. Without a strobe, the rig knows them from the trigger and the delay only.
+TEST(Rig, knows_exposures_that_begin_late) {
+  board_sim::SimCameraConfig late;
+  late.delay_us = 7'000;
+  for (const bool strobed : {true, false}) {
+    Wall wall(2e6, late);
+    wall.timing.trigger_delay = 7ms;
+    RigOptions options = four_exposures();
+    options.ledger.guards = 4;
+    if (!strobed) options.setup = options.setup.without(RigRole::strobe);
+    const auto rig = wall.open(options);
+    ASSERT_TRUE(rig.ok()) << rig.error().line();
+    expect_halves_and_wholes(**rig);
+
+    Wall untold(2e6, late);
+    const auto other = untold.open(options);
+    EXPECT_FALSE(other.ok() && (*other)->measure(std::vector<Pattern>(2, Pattern({3, 4}, 1, 1.F))).ok())
+        << "the test sees the delay";
+  }
+}
+
+// 8 ms and more of light, 6 ms of readout: a camera that overlaps loses no time between exposures.
+TEST(Rig, overlaps_exposures_and_readouts_if_the_camera_does) {
+  board_sim::SimCameraConfig shutter;
+  shutter.readout_us = 6'000;
+  const auto rig_seconds = [&shutter](Nanoseconds overlap) {
+    Wall wall(2e6, shutter);
+    wall.timing.readout = 6ms;
+    wall.timing.overlap = overlap;
+    RigOptions options = four_exposures();
+    const auto rig = wall.open(options);
+    EXPECT_TRUE(rig.ok()) << rig.error().line();
+    if (!rig) return 0.0;
+    expect_halves_and_wholes(**rig);
+    return (*rig)->cost().rig_seconds;
+  };
+  const double apart = rig_seconds(0ms);
+  shutter.overlap = true;
+  EXPECT_LT(rig_seconds(6ms), apart);
+  // A camera that only says it overlaps misses triggers, and the ledger knows.
+  shutter.overlap = false;
+  Wall wall(2e6, shutter);
+  wall.timing.readout = wall.timing.overlap = 6ms;
+  const auto rig = wall.open();
+  ASSERT_FALSE(rig.ok());
+  EXPECT_EQ(rig.error().code, ErrorCode::frame_missing) << rig.error().line();
+}
+
+// Exposures of 0.8 ms cannot outlast a readout of 6 ms that they begin in, so most of it is waited for.
+TEST(Rig, a_short_exposure_ends_after_the_readout_that_it_overlaps) {
+  board_sim::SimCameraConfig shutter;
+  shutter.readout_us = 6'000;
+  shutter.overlap = true;
+  Wall wall(2e7, shutter);
+  wall.timing.readout = wall.timing.overlap = 6ms;
+  RigOptions options = four_exposures();
+  options.exposures = 2;
+  options.ratio = 2;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  EXPECT_LT((*rig)->exposures().front(), 1ms);
+  const auto photographs = (*rig)->measure(std::vector<Pattern>(3, Pattern({3, 4}, 1, 1.F)));
+  ASSERT_TRUE(photographs.ok()) << photographs.error().line();
+  EXPECT_EQ((*rig)->trouble().retaken, 0);
+}
+
+// A rig file fixes the gap from the readout that it describes; the camera's own is longer.
+TEST(Rig, lengthens_its_gap_by_the_readout_that_the_camera_states) {
+  board_sim::SimCameraConfig slow;
+  slow.readout_us = 9'000;
+  Wall wall(2e6, slow);
+  wall.timing.readout = 9ms;
+  RigOptions options = four_exposures();
+  options.gap = options.setup.camera.readout + 1ms;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  expect_halves_and_wholes(**rig);
 }
 
 TEST(Rig, fails_when_a_line_is_not_there) {

@@ -20,7 +20,12 @@ namespace symrig {
 struct CameraTiming {
   Nanoseconds min_exposure{20'000};
   Nanoseconds max_exposure{30'000'000'000};
-  Nanoseconds readout{3'000'000};  ///< from the end of an exposure to the next possible trigger
+  Nanoseconds readout{3'000'000};  ///< from the end of an exposure until the frame is read out
+  /// From an edge of the trigger to what it does. The begin and the end of an exposure are both late by it.
+  Nanoseconds trigger_delay{0};
+  /// The camera takes a trigger this long before the end of a readout. The exposure must end after the
+  /// readout.
+  Nanoseconds overlap{0};
 };
 
 /// Which moment a frame's time stamp marks.

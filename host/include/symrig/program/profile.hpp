@@ -27,6 +27,7 @@ struct CameraProfile {
   Nanoseconds exposure_offset{0};   ///< trigger_width: exposure = pulse width + this
   Nanoseconds min_exposure{0};      ///< shortest exposure (not pulse)
   Nanoseconds trigger_pulse{0};     ///< timed: width of the pulse
+  Nanoseconds trigger_delay{0};     ///< from the trigger to the exposure; its end is late by as much
   Nanoseconds readout{0};           ///< from the end of an exposure until the frame is read out
   bool overlap = false;             ///< it can expose while it reads out the last frame
   Nanoseconds overlap_time_max{0};  ///< with overlap: earliest trigger, as time before the end of a readout

@@ -30,7 +30,7 @@ struct RigOptions {
   /// The connected lines, and the timing of projector and camera. Without a strobe line, the camera's trigger
   /// line shows the exposures.
   RigSetup setup = default_rig_setup();
-  /// From the end of an exposure to the next trigger. None: the camera's minimum.
+  /// From the end of an exposure to the next trigger if they do not overlap a readout. None: the readout.
   std::optional<Nanoseconds> gap;
   /// How long after its mark a strobe may rise.
   Nanoseconds strobe_tolerance{1'000'000};

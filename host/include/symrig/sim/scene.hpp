@@ -106,6 +106,7 @@ struct RigProfile {
   double readout_seconds = 0;  ///< from the end of an exposure to the next one
   double light = 1;            ///< factor on the light: exposures are 1 / light longer
   int planes = 0;              ///< bit planes in each picture; 0: the projector shows whole pictures
+  bool overlap = false;        ///< the camera exposes while it reads out the last frame
 };
 /// All profiles, for help and documents. The table is host/src/sim/rig_profiles.cpp.
 std::span<const RigProfile> rig_profiles();

@@ -14,6 +14,7 @@
 
 namespace symrig::board_sim {
 class SimBoard;
+class SimCamera;
 class SimPlaneProjector;
 }  // namespace symrig::board_sim
 
@@ -47,6 +48,8 @@ struct VirtualRigHooks {
   std::function<void(RigOptions& options)> options;
   /// Called once with the projector of a profile with bit planes, to give it faults.
   std::function<void(board_sim::SimPlaneProjector& projector, board_sim::SimBoard& board)> planes;
+  /// Called once with the camera's shutter, to give it another trigger.
+  std::function<void(board_sim::SimCamera& shutter)> shutter;
   /// host: the projector is a screen, and the rig shows each pattern itself.
   Pacing pacing = Pacing::trigger;
 };

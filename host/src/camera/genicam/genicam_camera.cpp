@@ -50,7 +50,7 @@ Result<void> GenicamCamera::Inside::start() {
   SYMRIG_TRY(const ChunkNames chunks, set_chunks(features, settings.chunks));
   SYMRIG_TRY(binned_to, binned_grid(layout.size, layout.format->mosaic, {0, 0, {}, settings.region.binning}));
   SYMRIG_CHECK(check());
-  timing = camera_timing(features, settings.timing);
+  timing = camera_timing(features, settings.overlap, settings.timing);
   const NoiseModel sample = sample_noise();
   noise = binned(sample, settings.region.binning);
   StreamReport report;

@@ -32,6 +32,7 @@ struct GenicamSettings {
   std::string line = "Line1";             ///< TriggerSource; empty: the camera runs free
   std::string activation = "RisingEdge";  ///< TriggerActivation
   std::optional<Nanoseconds> exposure;    ///< none: as long as the trigger is active
+  bool overlap = false;                   ///< exposes during the readout of the last frame
   std::optional<double> gain, black_level;
   StampOf stamp = StampOf::nothing;  ///< what the camera's time stamps mark; GenICam does not say it
   bool chunks = true;                ///< use the trigger counter and exposure of chunk data if there are any
@@ -53,7 +54,7 @@ class GenicamCamera final : public Camera {
 
   Grid grid() const override;
   int channels() const override { return 1; }
-  /// The limits of the settings and of the camera's own nodes. `readout` includes the trigger's delay.
+  /// The limits of the settings and of the camera's own nodes.
   CameraTiming timing() const override;
   const NoiseModel& noise() const override;
   const Image<std::uint8_t>* dead() const override;

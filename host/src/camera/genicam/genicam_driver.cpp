@@ -41,6 +41,7 @@ class GenicamSource final : public CameraSource {
                     sensor.noise ? sensor.noise->to_string() : "no noise model", s.line, s.activation,
                     s.exposure ? fmt::format("{} ns", s.exposure->count()) : "trigger");
     if (s.camera_binning != 0) text += fmt::format(", camera binning {}", s.camera_binning);
+    if (s.overlap) text += ", overlap";
     if (s.gain) text += fmt::format(", gain {}", *s.gain);
     if (s.black_level) text += fmt::format(", black level {}", *s.black_level);
     for (const ControlSetting& feature : s.features)
@@ -102,6 +103,7 @@ std::unique_ptr<CameraSource> read_genicam_camera(TableReader& table) {
   table.read("line", settings.line);
   table.read("activation", settings.activation);
   read_exposure(table, settings.exposure);
+  table.read("overlap", settings.overlap);
   read_level(table, "gain", settings.gain);
   read_level(table, "black_level", settings.black_level);
   constexpr std::array<std::pair<std::string_view, StampOf>, 3> kStamps{

@@ -79,6 +79,10 @@ Result<PictureLayout> set_picture(Features& features, const GenicamSettings& set
   return layout;
 }
 
+std::string readout_node(const Features& features) {
+  return features.first_of({"SensorReadoutTime", "ReadoutTime", "ReadoutTimeAbs"});
+}
+
 Result<void> switch_off(Features& features, std::initializer_list<std::string_view> names) {
   for (const std::string_view name : names)
     if (features.has(name)) SYMRIG_CHECK(features.set(name, "Off"));
@@ -98,6 +102,20 @@ Result<void> set_exposure(Features& features, const GenicamSettings& settings) {
   return features.set(name, fmt::format("{}", 1e6 * seconds(*settings.exposure)));
 }
 
+/// "ReadOut": the camera takes a trigger as soon as the last exposure has ended. "PreviousFrame" takes one
+/// during the exposure too [SFNC 2.7, TriggerOverlap].
+Result<void> set_overlap(Features& features, bool wanted) {
+  if (!wanted) return features.has("TriggerOverlap") ? features.set("TriggerOverlap", "Off") : Result<void>{};
+  if (readout_node(features).empty())
+    return Error{ErrorCode::unknown_name, "the camera does not say how long its readout takes",
+                 "remove camera.overlap, and give rig.camera.overlap_time_max"};
+  const std::vector<std::string> entries = features.entries("TriggerOverlap");
+  for (const std::string_view entry : {"ReadOut", "PreviousFrame"})
+    if (std::ranges::find(entries, entry) != entries.end()) return features.set("TriggerOverlap", entry);
+  return Error{ErrorCode::unknown_name, "the camera cannot expose during its readout",
+               "remove camera.overlap"};
+}
+
 Result<void> set_trigger(Features& features, const GenicamSettings& settings) {
   if (features.has("TriggerSelector")) SYMRIG_CHECK(features.set("TriggerSelector", "FrameStart"));
   if (settings.line.empty()) {
@@ -107,11 +125,10 @@ Result<void> set_trigger(Features& features, const GenicamSettings& settings) {
   SYMRIG_CHECK(features.set("TriggerMode", "On"));
   SYMRIG_CHECK(features.set("TriggerSource", settings.line));
   if (features.has("TriggerActivation")) SYMRIG_CHECK(features.set("TriggerActivation", settings.activation));
-  // Another program may have left a delay: a delayed exposure would see the next pattern. The rig triggers
-  // after the readout, so it needs no overlap.
+  // Another program may have left a delay or an overlap.
   const std::string delay = features.first_of({"TriggerDelay", "TriggerDelayAbs"});
   if (!delay.empty()) SYMRIG_CHECK(features.set(delay, "0"));
-  if (features.has("TriggerOverlap")) SYMRIG_CHECK(features.set("TriggerOverlap", "Off"));
+  SYMRIG_CHECK(set_overlap(features, settings.overlap));
   return set_exposure(features, settings);
 }
 
@@ -127,6 +144,15 @@ Result<void> set_level(Features& features, std::initializer_list<std::string_vie
 
 Nanoseconds microseconds(double us) {
   return Nanoseconds(std::llround(1e3 * us));
+}
+
+/// A trigger may come this long before the end of a readout. Some cameras have a limit of their own
+/// [docs.baslerweb.com, exposure-overlap-time-max].
+Nanoseconds overlap_of(const Features& features, Nanoseconds readout) {
+  const std::string most = features.first_of({"ExposureOverlapTimeMax", "ExposureOverlapTimeMaxAbs"});
+  if (most.empty()) return readout;
+  const auto limit = features.real(most);
+  return limit ? std::min(readout, microseconds(*limit)) : Nanoseconds{0};
 }
 
 std::string enable_chunk(Features& features, std::initializer_list<std::string_view> selectors,
@@ -165,7 +191,7 @@ Result<ChunkNames> set_chunks(Features& features, bool wanted) {
   return names;
 }
 
-CameraTiming camera_timing(const Features& features, CameraTiming timing) {
+CameraTiming camera_timing(const Features& features, bool overlap, CameraTiming timing) {
   const std::string exposure = features.first_of({"ExposureTime", "ExposureTimeAbs"});
   if (!exposure.empty()) {
     if (const auto limits = features.real_bounds(exposure)) {
@@ -174,13 +200,14 @@ CameraTiming camera_timing(const Features& features, CameraTiming timing) {
           timing.max_exposure, microseconds(std::min(limits->second, 1e6 * seconds(timing.max_exposure))));
     }
   }
-  const std::string readout = features.first_of({"SensorReadoutTime", "ReadoutTime", "ReadoutTimeAbs"});
+  const std::string readout = readout_node(features);
   if (!readout.empty())
     if (const auto time = features.real(readout))
       timing.readout = std::max(timing.readout, microseconds(*time));
   const std::string delay = features.first_of({"TriggerDelay", "TriggerDelayAbs"});
   if (!delay.empty())
-    if (const auto time = features.real(delay)) timing.readout += microseconds(*time);
+    if (const auto time = features.real(delay)) timing.trigger_delay += microseconds(*time);
+  if (overlap) timing.overlap = overlap_of(features, timing.readout);
   return timing;
 }
 

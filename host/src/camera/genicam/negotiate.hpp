@@ -19,7 +19,8 @@ struct ChunkNames {
 Result<PictureLayout> set_up(Features& features, const GenicamSettings& settings);
 /// Switches the trigger counter and the exposure time on, as far as the camera has them.
 Result<ChunkNames> set_chunks(Features& features, bool wanted);
-/// The settings' timing, made as slow as the camera's own nodes say.
-CameraTiming camera_timing(const Features& features, CameraTiming timing);
+/// The settings' timing, made as slow as the camera's own nodes say. overlap: its triggers may overlap
+/// readouts.
+CameraTiming camera_timing(const Features& features, bool overlap, CameraTiming timing);
 
 }  // namespace symrig::camera

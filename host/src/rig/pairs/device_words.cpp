@@ -46,13 +46,13 @@ std::string facts_of(const Camera& camera, const Projector& projector) {
   const NoiseModel& noise = camera.noise();
   return fmt::format(
       "cells={} camera={} channels={} mosaic={} pacing={} refresh={} min_exposure={} max_exposure={} "
-      "readout={} "
+      "readout={} trigger_delay={} overlap={} "
       "full_well={} read_noise={} gain={} pedestal={} bits={}",
       to_string(projector.grid()), to_string(camera.grid()), camera.channels(),
       static_cast<int>(camera.mosaic()), projector.pacing() == Pacing::host ? "host" : "trigger",
       projector.refresh_period().count(), timing.min_exposure.count(), timing.max_exposure.count(),
-      timing.readout.count(), noise.full_well(), noise.read_noise(), noise.gain(), noise.pedestal(),
-      noise.bits());
+      timing.readout.count(), timing.trigger_delay.count(), timing.overlap.count(), noise.full_well(),
+      noise.read_noise(), noise.gain(), noise.pedestal(), noise.bits());
 }
 
 Result<DeviceFacts> read_facts(const PairLink& link) {
@@ -79,7 +79,10 @@ Result<DeviceFacts> read_facts(const PairLink& link) {
   facts.mosaic = static_cast<Mosaic>(*mosaic);
   facts.pacing = pacing == "host" ? Pacing::host : Pacing::trigger;
   facts.refresh = Nanoseconds(*refresh);
-  facts.timing = {Nanoseconds(*shortest), Nanoseconds(*longest), Nanoseconds(*readout)};
+  // A pair that does not state these has neither.
+  const auto delay = time("trigger_delay"), overlap = time("overlap");
+  facts.timing = {Nanoseconds(*shortest), Nanoseconds(*longest), Nanoseconds(*readout),
+                  Nanoseconds(delay.value_or(0)), Nanoseconds(overlap.value_or(0))};
   return facts;
 }
 

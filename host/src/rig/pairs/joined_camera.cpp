@@ -22,12 +22,15 @@ class JoinedCamera final : public Camera {
   /// What every camera keeps.
   CameraTiming timing() const override {
     CameraTiming all = cameras_.front()->timing();
+    Nanoseconds gap{0};  // until each takes its next trigger
     for (const auto& one : cameras_) {
       const CameraTiming timing = one->timing();
+      gap = std::max(gap, timing.readout - timing.overlap);
       all.min_exposure = std::max(all.min_exposure, timing.min_exposure);
       all.max_exposure = std::min(all.max_exposure, timing.max_exposure);
       all.readout = std::max(all.readout, timing.readout);
     }
+    all.overlap = all.readout - gap;
     return all;
   }
   /// For planning. Each frame is read with the noise of its own camera.
@@ -62,12 +65,20 @@ class JoinedCamera final : public Camera {
 }  // namespace
 
 Result<std::unique_ptr<Camera>> join_cameras(Cameras cameras, const PairLayout& layout) {
-  for (std::size_t k = 0; k < cameras.size(); ++k)
+  for (std::size_t k = 0; k < cameras.size(); ++k) {
     if (cameras[k]->channels() != cameras.front()->channels())
       return Error{ErrorCode::bad_argument,
                    fmt::format("pair {}: its camera has {} channels, but that of pair 1 has {}", k + 1,
                                cameras[k]->channels(), cameras.front()->channels()),
                    "give all pairs cameras of one kind"};
+    const Nanoseconds delay = cameras[k]->timing().trigger_delay, first = cameras[0]->timing().trigger_delay;
+    if (delay != first)
+      return Error{
+          ErrorCode::bad_argument,
+          fmt::format("pair {}: its camera exposes {} ns after the trigger, but that of pair 1 {} ns", k + 1,
+                      delay.count(), first.count()),
+          "set the delays of all cameras to the longest one: camera.features.TriggerDelay"};
+  }
   return std::unique_ptr<Camera>(std::make_unique<JoinedCamera>(std::move(cameras), layout));
 }
 

@@ -173,6 +173,35 @@ TEST(GenicamRig, waits_for_the_readout_that_the_camera_states) {
   EXPECT_GE(quick.shortest_gap(), 4ms);
 }
 
+// The camera's own nodes set the delay and the overlap of the shutter. The photographs are those of the rig
+// in the process, code by code. Without a strobe, exposures are known from the trigger and the delay only.
+TEST(GenicamRig, plans_with_the_delay_and_the_overlap_of_the_cameras_nodes) {
+  // Exposures of several milliseconds, so that an overlap saves time.
+  constexpr const char* kSmall = "sim:vgroove-textured?size=32x32&exposures=2&light=0.2";
+  const std::string late = "[features]\nTriggerDelay = 2500.0\n", overlap = "overlap = true\n";
+  std::vector<double> rig_seconds;
+  for (const std::string& keys : {std::string(), overlap, late, overlap + late}) {
+    GigeRig lab(traits(), keys);
+    lab.options = [](RigOptions& set) {
+      set.setup = set.setup.without(RigRole::strobe);
+      set.ledger.guards = 4;
+    };
+    const auto rig = lab.open(kSmall);
+    ASSERT_OK(rig);
+    std::vector<Pattern> patterns;
+    for (std::uint64_t k = 0; k < 20; ++k) patterns.push_back(law_pattern((*rig)->grid(), 300 + k));
+    const auto seen = (*rig)->measure(patterns);
+    ASSERT_OK(seen);
+    EXPECT_EQ((*rig)->rig().trouble().retaken, 0) << keys;
+    for (std::size_t i = 0; i < patterns.size(); ++i)
+      EXPECT_LT(misfit(**rig, patterns[i], (*seen)[i]), 1.6) << keys << " photograph " << i;
+    rig_seconds.push_back((*rig)->cost().rig_seconds);
+    std::printf("%.3f s of the rig%s\n", rig_seconds.back(), keys.empty() ? "" : (" with " + keys).c_str());
+  }
+  EXPECT_LT(rig_seconds[1], rig_seconds[0]);
+  EXPECT_LT(rig_seconds[3], rig_seconds[2]);
+}
+
 /// One mishap in fifty pulses.
 std::function<Mishap()> dice() {
   return [random = std::mt19937(5)]() mutable {  // NOLINT: the same faults each time

@@ -3,6 +3,7 @@
 
 #include "symrig/boards/sim_board.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -162,11 +163,15 @@ class SimPlaneProjector final : public Peripheral {
 struct SimCameraConfig {
   std::string trigger_line = "camera_trigger";
   std::string strobe_line = "camera_strobe";
-  std::uint64_t readout_us = 3'000;  ///< busy time after each exposure
+  std::uint64_t readout_us = 3'000;  ///< from the end of an exposure until its frame is read out
+  std::uint64_t delay_us = 0;        ///< from an edge of the trigger to what it does
+  /// It takes a trigger as soon as the last exposure has ended. It drops an exposure that ends before the
+  /// last frame is read out.
+  bool overlap = false;
 };
 
-/// A camera in trigger-width mode: it exposes while its trigger line is high, and its strobe line follows. It
-/// misses a rising trigger while it reads out the previous frame, as real cameras do.
+/// A camera in trigger-width mode: it exposes while its trigger line is high, and its strobe line follows.
+/// Without overlap, it misses a rising trigger until the previous frame is read out, as real cameras do.
 class SimCamera final : public Peripheral {
  public:
   /// One frame, exposed during [begin, end) in board ticks.
@@ -177,8 +182,11 @@ class SimCamera final : public Peripheral {
 
   explicit SimCamera(const SimBoard& board, const SimCameraConfig& config = {});
 
+  /// Sets the delay of later pulses, and whether they may overlap a readout.
+  void set_trigger(std::uint64_t delay_us, bool overlap, const SimBoard& board);
+
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, SimBoard& board) override;
-  std::uint64_t next_event() const override { return kNever; }
+  std::uint64_t next_event() const override { return std::min(opens_, closes_); }
   void on_event(std::uint64_t tick, SimBoard& board) override;
 
   /// Finished frames so far, in order.
@@ -189,9 +197,11 @@ class SimCamera final : public Peripheral {
  private:
   int trigger_;
   int strobe_;
-  std::uint64_t readout_;
-  bool exposing_ = false;
-  bool high_ = false;
+  std::uint64_t readout_, delay_;
+  bool overlap_;
+  bool taken_ = false;  // the last trigger began an exposure, which has not ended
+  bool high_ = false, ignoring_ = false;
+  std::uint64_t opens_ = kNever, closes_ = kNever;
   std::uint64_t begin_ = 0;
   std::uint64_t busy_until_ = 0;
   std::int64_t missed_ = 0;

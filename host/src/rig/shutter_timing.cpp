@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/shutter_timing.hpp"
+
+#include <algorithm>
+
+namespace symrig::rig {
+namespace {
+
+constexpr Nanoseconds kRounding{1'000};    // of an exposure and a gap to the board's ticks
+constexpr Nanoseconds kLeastGap{100'000};  // between two pulses, so that a camera sees the first one end
+
+}  // namespace
+
+void adopt_timing(RigOptions& options, const CameraTiming& timing) {
+  CameraProfile& camera = options.setup.camera;
+  const Nanoseconds longer = std::max(Nanoseconds{0}, timing.readout - camera.readout);
+  camera.readout += longer;
+  if (options.gap) *options.gap += longer;
+  camera.trigger_delay = std::max(camera.trigger_delay, timing.trigger_delay);
+  if (timing.overlap.count() == 0) return;
+  camera.overlap_time_max =
+      camera.overlap ? std::max(camera.overlap_time_max, timing.overlap) : timing.overlap;
+  camera.overlap = true;
+}
+
+Nanoseconds gap_without_overlap(const RigOptions& options) {
+  return options.gap.value_or(options.setup.camera.readout);
+}
+
+Nanoseconds usable_overlap(const CameraProfile& camera, Nanoseconds shortest) {
+  if (!camera.overlap) return Nanoseconds{0};
+  const Nanoseconds most = std::min(camera.readout - kLeastGap, shortest - kRounding);
+  return std::clamp(most, Nanoseconds{0}, camera.overlap_time_max);
+}
+
+}  // namespace symrig::rig

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/camera/camera.hpp"
+#include "symrig/rig/rig.hpp"
+
+namespace symrig::rig {
+
+/// Takes over what the open camera says: it may be slower than its description, late, or able to overlap.
+void adopt_timing(RigOptions& options, const CameraTiming& timing);
+
+/// From the end of an exposure to the next trigger if no exposure overlaps a readout.
+Nanoseconds gap_without_overlap(const RigOptions& options);
+
+/// By how much the next trigger may come sooner if no exposure is shorter than `shortest`. An exposure that
+/// begins during a readout must end after it.
+Nanoseconds usable_overlap(const CameraProfile& camera, Nanoseconds shortest);
+
+}  // namespace symrig::rig
