@@ -77,6 +77,14 @@ TEST_P(Paged, holds_what_a_vector_holds) {
   EXPECT_TRUE(paged.empty());
 }
 
+TEST_P(Paged, a_copy_has_no_room_for_more) {
+  const PagedVector<int> all(kMany);
+  const std::int64_t before = MemoryScope::scratch_bytes();
+  const PagedVector<int> copy = all;
+  EXPECT_EQ(MemoryScope::scratch_bytes() - before,
+            GetParam() ? static_cast<std::int64_t>(kMany * sizeof(int)) : 0);
+}
+
 TEST_P(Paged, windows_show_its_values_wherever_they_are) {
   PagedVector<int> all(kMany);
   std::iota(all.begin(), all.end(), 7);

@@ -33,7 +33,7 @@ class PagedVector {
   PagedVector(std::initializer_list<T> values) : PagedVector(values.begin(), values.end()) {}
   template <std::forward_iterator It>
   PagedVector(It first, It last) {
-    append(first, last);
+    assign(first, last);
   }
   PagedVector(const std::vector<T>& values)  // NOLINT: as if they were one type; a copy
       : PagedVector(values.begin(), values.end()) {}
@@ -76,9 +76,11 @@ class PagedVector {
     std::uninitialized_fill_n(data(), size, value);
     size_ = size;
   }
+  /// Without room for more.
   template <std::forward_iterator It>
   void assign(It first, It last) {
     clear();
+    reserve(static_cast<std::size_t>(std::distance(first, last)));
     append(first, last);
   }
   void push_back(const T& value) {
