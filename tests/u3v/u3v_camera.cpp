@@ -70,6 +70,7 @@ void U3vCamera::reset() {
   std::ranges::fill(memory_, std::uint8_t{0});
   answers_.clear();
   transfers_.clear();
+  held_.reset();
   taken_ = 0;
   counter_ = 0;
   next_id_ = 0;
@@ -163,6 +164,7 @@ void U3vCamera::written(std::uint32_t at) {
   if (at == kChunkEnable) store(kChunkEnables + 4 * (reg(kChunkSelector) & 1U), reg(kChunkEnable));
   if (at != kStreamOn) return;
   transfers_.clear();
+  held_.reset();
   taken_ = 0;
   next_id_ = 0;
 }
@@ -253,8 +255,8 @@ Bytes U3vCamera::payload(const Shot& shot) const {
   return data;
 }
 
-void U3vCamera::send(const Shot& shot) {
-  const Bytes data = payload(shot);
+void U3vCamera::send(const Exposed& exposed) {
+  const auto& [shot, data] = exposed;
   const std::uint64_t id = next_id_++;
   const auto head = [id](std::uint32_t magic, std::size_t size) {
     Bytes bytes;
@@ -289,21 +291,30 @@ void U3vCamera::send(const Shot& shot) {
   transfers_.push_back(std::move(trailer));
 }
 
-bool U3vCamera::pulse(std::chrono::nanoseconds width, bool lost) {
+bool U3vCamera::pulse(std::chrono::nanoseconds width, gige::Mishap mishap,
+                      std::optional<std::chrono::nanoseconds> ended) {
+  using gige::Mishap;
   const bool armed = reg(kStart) != 0 && (reg(kStreamOn) & 1U) != 0 && reg(0x10020) == 1 && reg(0x10024) == 1;
-  if (!armed) return false;
+  if (!armed || mishap == Mishap::trigger_dropped) return false;
   const bool timed = reg(0x1002C) == 0;
   const Shot shot{++counter_,
                   timed ? std::chrono::nanoseconds(reg(0x10030)) : width,
-                  now(),
+                  ended.value_or(now()),
                   static_cast<int>(reg(0x10004)),
                   static_cast<int>(reg(0x10000)),
                   static_cast<int>(reg(0x1000C)),
                   static_cast<int>(reg(0x10008))};
-  if (lost)
+  const std::optional<Exposed> before = std::exchange(held_, std::nullopt);
+  const bool swapped = std::exchange(swap_, false);
+  if (before && !swapped) send(*before);
+  if (mishap == Mishap::frame_dropped)
     ++next_id_;
+  else if (mishap == Mishap::none)
+    send({shot, payload(shot)});
   else
-    send(shot);
+    held_ = Exposed{shot, payload(shot)};
+  swap_ = mishap == Mishap::swapped;
+  if (before && swapped) send(*before);
   return true;
 }
 

@@ -26,8 +26,10 @@ class U3vCamera final : public test::UsbDevice {
   U3vCamera(gige::CameraTraits traits, gige::GigeCamera::Scene scene, std::string serial);
 
   /// A pulse on Line1. Its frame waits for the host's reads. false: the camera did not expose.
-  /// lost: the camera has no room for the frame. It counts it and sends nothing.
-  bool pulse(std::chrono::nanoseconds width, bool lost = false);
+  /// mishap: as for the GigE Vision camera; a dropped frame leaves out its block id, too.
+  /// ended: the stamp of the frame. None: now.
+  bool pulse(std::chrono::nanoseconds width, gige::Mishap mishap = gige::Mishap::none,
+             std::optional<std::chrono::nanoseconds> ended = {});
   /// A loss of power: settings and frames that wait are gone.
   void reset();
   std::uint32_t reg(std::uint32_t at) const;
@@ -37,6 +39,12 @@ class U3vCamera final : public test::UsbDevice {
   std::optional<Bytes> in(unsigned endpoint, std::size_t most) override;
 
  private:
+  /// An exposure with its picture and chunks, ready to be sent.
+  struct Exposed {
+    gige::Shot shot;
+    Bytes payload;
+  };
+
   void set_bootstrap();
   void set_defaults();
   void store(std::uint32_t at, std::uint64_t value, int bytes = 4);
@@ -50,7 +58,7 @@ class U3vCamera final : public test::UsbDevice {
   std::size_t image_bytes() const;
   std::size_t payload_bytes() const;
   Bytes payload(const gige::Shot& shot) const;
-  void send(const gige::Shot& shot);
+  void send(const Exposed& exposed);
 
   gige::CameraTraits traits_;
   gige::GigeCamera::Scene scene_;
@@ -62,6 +70,8 @@ class U3vCamera final : public test::UsbDevice {
   std::deque<Bytes> answers_;    // of the control channel
   std::deque<Bytes> transfers_;  // of the stream
   std::size_t taken_ = 0;        // bytes of the first transfer that the host has
+  std::optional<Exposed> held_;  // waits for the next pulse
+  bool swap_ = false;            // held_ comes after the next frame
 };
 
 }  // namespace symrig::u3v

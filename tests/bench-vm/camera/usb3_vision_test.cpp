@@ -27,6 +27,7 @@ using namespace std::chrono_literals;
 using camera::GenicamCamera;
 using camera::GenicamSettings;
 using gige::CameraTraits;
+using gige::Mishap;
 
 constexpr const char* kSerial = "U30017";
 constexpr Nanoseconds kPatience = 5s;
@@ -47,11 +48,11 @@ class Served {
 
   void unplug() { server_.unplug(); }
 
-  bool pulse(Nanoseconds width, bool lost = false) {
+  bool pulse(Nanoseconds width, Mishap mishap = Mishap::none) {
     bool exposed = false;
     {
       const std::scoped_lock lock(server_.mutex());
-      exposed = camera_->pulse(width, lost);
+      exposed = camera_->pulse(width, mishap);
     }
     server_.answer();
     return exposed;
@@ -182,7 +183,7 @@ TEST(Usb3Vision, settings_are_the_cameras_and_each_frame_is_of_its_trigger) {
     EXPECT_LE(stamp.since, (after + 100us).since);
   }
   // The camera counts this trigger and has no room for the frame.
-  ASSERT_TRUE(served.pulse(1ms, true));
+  ASSERT_TRUE(served.pulse(1ms, Mishap::frame_dropped));
   ASSERT_TRUE(served.pulse(2ms));
   expect_frame(camera, 42, 2ms, 42);
   const StreamReport report = camera.report();
@@ -201,7 +202,7 @@ TEST(Usb3Vision, frames_without_chunks_are_counted_by_their_ids) {
   ASSERT_OK(opened);
   GenicamCamera& camera = **opened;
   for (std::uint32_t k = 1; k <= 20; ++k) {
-    ASSERT_TRUE(served.pulse(k * 1ms, k == 7 || k == 8));
+    ASSERT_TRUE(served.pulse(k * 1ms, k == 7 || k == 8 ? Mishap::frame_dropped : Mishap::none));
     if (k != 7 && k != 8) expect_frame(camera, k, k * 1ms, k - 1);
   }
   EXPECT_EQ(camera.report().delivered, 18U);

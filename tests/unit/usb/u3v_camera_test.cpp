@@ -131,7 +131,7 @@ TEST(U3vCamera, a_frame_is_a_leader_the_hosts_transfers_and_a_trailer) {
   Armed armed;
   U3vCamera& camera = armed.camera;
   EXPECT_EQ(camera.in(2, kMost), std::nullopt);
-  ASSERT_TRUE(camera.pulse(3ms, true));
+  ASSERT_TRUE(camera.pulse(3ms, gige::Mishap::frame_dropped));
   ASSERT_TRUE(camera.pulse(5ms));
   const Bytes leader = camera.in(2, kMost).value_or(Bytes{});
   ASSERT_EQ(leader.size(), 52U);
@@ -169,6 +169,51 @@ TEST(U3vCamera, chunks_lie_behind_the_picture) {
   ASSERT_EQ(data.size(), 148U);
   EXPECT_EQ(Bytes(data.begin() + 128, data.end()),
             Bytes({0, 0xC0, 0, 0, 128, 0, 0, 0, 1, 0, 0, 0, 1, 0xC0, 0, 0, 4, 0, 0, 0}));
+}
+
+/// The trigger whose picture begins with these bytes. Trigger k exposed for k ms. 0: none.
+std::uint32_t trigger_of(const Bytes& data) {
+  for (std::uint32_t trigger = 1; trigger < 10; ++trigger) {
+    gige::Shot shot;
+    shot.counter = trigger;
+    shot.exposure = trigger * 1ms;
+    std::size_t k = 0;
+    while (k < data.size() && data[k] == gige::numbered_code(shot, k) >> 8U) ++k;
+    if (k == data.size()) return trigger;
+  }
+  return 0;
+}
+
+using Sent = std::vector<std::pair<std::uint32_t, std::chrono::nanoseconds>>;
+
+/// Trigger and stamp of each frame that waits, in the order of delivery.
+Sent sent_by(U3vCamera& camera) {
+  constexpr std::size_t kLeader = 52, kStamp = 20;
+  Sent all;
+  while (const auto part = camera.in(2, kMost)) {
+    if (part->size() != kLeader) continue;
+    std::int64_t stamp = 0;
+    for (std::size_t k = 8; k-- > 0;) stamp = stamp << 8U | (*part)[kStamp + k];
+    all.emplace_back(trigger_of(camera.in(2, kMost).value_or(Bytes{})), stamp);
+  }
+  return all;
+}
+
+// A frame that is late or swapped keeps its picture and its stamp.
+TEST(U3vCamera, late_and_swapped_frames_come_with_the_next_one) {
+  using gige::Mishap;
+  Armed armed;
+  U3vCamera& camera = armed.camera;
+  ASSERT_TRUE(camera.pulse(1ms, Mishap::late, 1s));
+  EXPECT_EQ(sent_by(camera), Sent{});
+  ASSERT_TRUE(camera.pulse(2ms, Mishap::swapped, 2s));
+  EXPECT_EQ(sent_by(camera), (Sent{{1, 1s}}));
+  ASSERT_TRUE(camera.pulse(3ms, Mishap::none, 3s));
+  EXPECT_EQ(sent_by(camera), (Sent{{3, 3s}, {2, 2s}}));
+  EXPECT_FALSE(camera.pulse(9ms, Mishap::trigger_dropped));
+  ASSERT_TRUE(camera.pulse(4ms, Mishap::late, 4s));
+  ASSERT_TRUE(camera.pulse(5ms, Mishap::frame_dropped));
+  EXPECT_EQ(sent_by(camera), (Sent{{4, 4s}}));
 }
 
 TEST(U3vCamera, exposes_only_while_it_is_armed_and_its_stream_is_on) {
