@@ -58,6 +58,7 @@ class EmulatedController {
     std::vector<int> patterns;  ///< numbers of the bits, in order
     std::uint32_t exposure_us = 0, period_us = 0;
     double frame_lead_us = 0;  ///< from the frame trigger to the plane trigger of the first pattern
+    bool frames_all = false;   ///< the frame trigger lasts to the end of the last pattern, not only a pulse
   };
   virtual SequenceShown sequence() const = 0;
 

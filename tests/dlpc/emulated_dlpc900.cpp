@@ -66,6 +66,7 @@ EmulatedController::SequenceShown EmulatedDlpc900::sequence() const {
     shown.exposure_us = number_at(bytes, 2, 3);
     shown.period_us = shown.exposure_us + number_at(bytes, 6, 3);
   }
+  shown.frames_all = true;
   shown.frame_lead_us = signed_half(settings_.at(0x1A1E), 1) - signed_half(settings_.at(0x1A1D), 1);
   return shown;
 }

@@ -32,16 +32,23 @@ start_board() {
   bench-usb plug || fail "the board does not enumerate: $(cat "$BENCH_OUT/board.log")"
 }
 
-truth=/run/truth.jsonl # the log of bench_scene; stop_scene copies it to $BENCH_OUT
+truth=/run/truth.jsonl # the log of bench_scene; stop_scene copies it to $BENCH_OUT. A job may name another one.
 
 # The screen of bench_scene and of write_rig: its mode, screen pixels along the side of a cell, and the first cell's place.
 mode=640x480 cell=7 top=3 left=5
 
 # start_scene ARGUMENTS...: runs bench_scene with them.
 start_scene() {
+  : >"$BENCH_OUT/scene.log" # a scene before it was ready, too
   "$BENCH_SCENE" "$@" --cell "$cell" --top "$top" --left "$left" --log $truth >"$BENCH_OUT/scene.log" 2>&1 &
   scene=$!
   until_line "$BENCH_OUT/scene.log" ready "$scene"
+}
+
+# plug_in_usbip FILE-PATTERN: plugs in the device of bench_scene on USB/IP, and waits until the kernel has the files of its driver.
+plug_in_usbip() {
+  usbip attach -r 127.0.0.1 -b 1-1 || fail "the device on USB/IP cannot be plugged in"
+  until compgen -G "$1" >/dev/null; do sleep 0.02; done
 }
 
 # stop_scene: ends it and shows its counts. Fails if its log is incomplete.

@@ -127,11 +127,34 @@ class Auditor {
     return formation_.light_of(Image<float>(formation_.cells(), 1), 0);
   }
 
+  bool have_same_times(const Taken& a, const Taken& b) const {
+    for (std::size_t j = 0; j < a.size(); ++j)
+      if (std::abs(seconds(truth_[a[j]].lit()) / seconds(truth_[b[j]].lit()) - 1) >= kSameTime) return false;
+    return true;
+  }
+
+  /// The bracket whose times most pictures have. Metering takes others, of one picture.
+  Taken usual_bracket() const {
+    Taken usual;
+    std::ptrdiff_t most = 0;
+    for (const auto& [picture, brackets] : brackets_)
+      for (const Taken& one : brackets) {
+        const auto alike = std::ranges::count_if(brackets_, [&](const auto& other) {
+          return std::ranges::any_of(other.second,
+                                     [&](const Taken& taken) { return have_same_times(one, taken); });
+        });
+        if (alike <= most) continue;
+        most = alike;
+        usual = one;
+      }
+    return usual;
+  }
+
   /// All choices of one frame for each place in the bracket, for each picture. The place of a frame follows
   /// from its time: all brackets have the same.
   void gather_scattered() {
     if (brackets_.empty()) return;
-    const Taken known = brackets_.begin()->second.front();
+    const Taken known = usual_bracket();
     std::unordered_map<std::uint64_t, std::vector<Taken>> places;
     for (std::size_t i = 0; i < truth_.size(); ++i) {
       if (!truth_[i].pure) continue;
@@ -179,12 +202,14 @@ class Auditor {
     if (first + options_.exposures <= truth_.size() && is_bracket(first)) dark_[session].push_back(first);
   }
 
-  /// true: the exposures from `first` on show one picture and become longer, for a complete bracket.
+  /// true: the exposures from `first` on show one picture and become longer, for a complete bracket. Equal
+  /// ones that only jitter are guard frames, or check the planes.
   bool is_bracket(std::size_t first) const {
     for (std::size_t j = 0; j < options_.exposures; ++j) {
       const TrueExposure& exposure = truth_[first + j];
       if (!exposure.pure || exposure.picture != truth_[first].picture) return false;
-      if (j > 0 && exposure.open <= truth_[first + j - 1].open) return false;
+      if (j > 0 && seconds(exposure.open) < (1 + kSameTime) * seconds(truth_[first + j - 1].open))
+        return false;
     }
     return true;
   }

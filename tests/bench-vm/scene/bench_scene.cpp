@@ -4,7 +4,8 @@
 // README.md of the parent folder says what that proves.
 #include "bench-vm/scene/controller_on_usb.hpp"
 #include "bench-vm/scene/developer.hpp"
-#include "bench-vm/scene/gige_scene_camera.hpp"
+#include "bench-vm/scene/genicam_scene_camera.hpp"
+#include "bench-vm/scene/plane_watch.hpp"
 #include "bench-vm/scene/watchers.hpp"
 
 #include <csignal>
@@ -29,9 +30,10 @@ struct Options {
   std::string scene;
   std::string picture;
   std::string log;
-  std::string gige;
+  std::string gige, usb3;
   double packet_loss = 0;
-  bool planes = false;
+  std::string planes;
+  std::vector<std::string> controller_faults;
   int cell = 1, top = 0, left = 0;
   int picture_top = 0, picture_left = 0;
   double readout_ms = 3;
@@ -59,8 +61,16 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--gige", options.gige,
                  "the camera is a GigE Vision camera at this address of the loopback network");
   app.add_option("--packet-loss", options.packet_loss, "share of that camera's packets that are lost");
-  app.add_flag("--planes", options.planes,
-               "an emulated DLPC350 on USB/IP shows the bit planes of the screen's pictures");
+  app.add_option("--usb3", options.usb3,
+                 "the camera is a USB3 Vision camera on USB/IP with this serial number");
+  app.add_option("--planes", options.planes,
+                 "an emulated controller on USB/IP, dlpc350 or dlpc900, shows the bit planes of the screen's "
+                 "pictures");
+  app.add_option(
+      "--controller-fault", options.controller_faults,
+      "KIND@EXPOSURES, such as reset@40: what goes wrong with it, so many exposures after its power "
+      "came on. table: it changes an entry of its pattern table. reset: it loses its settings in a "
+      "sequence. stall: it does not answer three commands. hang: it answers nothing");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
   app.add_option("--first-frame", options.first_frame, "number of the first frame, which selects its noise");
@@ -73,6 +83,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--late-by", options.late_ms, "ms")->capture_default_str();
   app.add_option("--swap", options.faults.swap, "share of frames that are delivered after the next one");
   app.add_option("--damage", options.faults.damage, "share of frames with half of the data, marked damaged");
+  app.add_option("--drop-trigger", options.faults.drop_trigger,
+                 "share of triggers that the camera does not see");
   app.add_option("--jitter", options.jitter_us, "us, one sigma of the stamps");
   app.add_option("--fault-seed", options.faults.seed, "selects the faulty frames")->capture_default_str();
 }
@@ -89,6 +101,16 @@ Result<Grid> picture_size(const std::string& text, Grid camera) {
                "give ROWSxCOLUMNS, such as 48x64"};
 }
 
+/// One device on USB/IP, one camera.
+Result<void> check_devices(const Options& options) {
+  const bool served = !options.usb3.empty(), planes = !options.planes.empty();
+  if (served && (planes || !options.gige.empty()))
+    return Error{ErrorCode::bad_argument, "--usb3 does not go together with --planes or --gige",
+                 "give one of them"};
+  if (planes || options.controller_faults.empty()) return {};
+  return Error{ErrorCode::bad_argument, "--controller-fault needs a controller", "add --planes"};
+}
+
 Result<CameraHabits> habits_of(const Options& options) {
   CameraHabits habits;
   habits.first_frame = options.first_frame;
@@ -102,20 +124,22 @@ Result<CameraHabits> habits_of(const Options& options) {
                "times are not negative"};
 }
 
-/// SIGTERM and SIGINT stop everything. SIGUSR1 unplugs the camera and SIGUSR2 plugs it in. Blocked in every
-/// thread that starts later.
+/// SIGTERM and SIGINT stop everything. SIGUSR1 unplugs the camera and SIGUSR2 plugs it in. SIGHUP cycles the
+/// power of the controller of bit planes. Blocked in every thread that starts later.
 class Signals {
  public:
   explicit Signals(Stage& stage) : stage_(stage) {
     sigemptyset(&known_);
-    for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGUSR2}) sigaddset(&known_, signal);
+    for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGUSR2, SIGHUP}) sigaddset(&known_, signal);
     pthread_sigmask(SIG_BLOCK, &known_, nullptr);
   }
-  void run() {
+  /// controller: none if it is null.
+  void run(SceneController* controller) {
     constexpr timespec kLookAgain{0, 100'000'000};
     while (!stage_.stopped()) {
       const int signal = sigtimedwait(&known_, nullptr, &kLookAgain);
       if (signal == SIGUSR1 || signal == SIGUSR2) stage_.plug_camera(signal == SIGUSR2);
+      if (signal == SIGHUP && controller != nullptr) controller->cycle_power(stage_.exposures());
       if (signal == SIGTERM || signal == SIGINT) stage_.stop();
     }
   }
@@ -146,16 +170,29 @@ class Watching {
   std::vector<std::thread> threads_;
 };
 
+Result<std::shared_ptr<SceneController>> serve_controller(const Options& options) {
+  std::vector<ControllerFault> faults;
+  for (const std::string& text : options.controller_faults) {
+    SYMRIG_TRY(faults.emplace_back(), parse_controller_fault(text));
+  }
+  return SceneController::serve(options.planes, std::move(faults));
+}
+
 /// What lies between the screen and the scene: nothing, or a controller of bit planes.
 struct ScreenWatch {
   std::optional<RefreshWatch> plain;
+  std::shared_ptr<SceneController> controller;
   std::unique_ptr<PlaneWatch> planes;
 
   static Result<ScreenWatch> open(const Options& options, const BenchPlaces& places,
                                   const Placement& placement, Stage& stage) {
     ScreenWatch watch;
-    if (options.planes) {
-      SYMRIG_TRY(watch.planes, PlaneWatch::open(places, placement, serve_controller(), stage));
+    if (!options.planes.empty()) {
+      SYMRIG_TRY(watch.controller, serve_controller(options));
+      const auto shown = [controller = watch.controller.get(), &stage] {
+        return controller->next_refresh(stage.exposures());
+      };
+      SYMRIG_TRY(watch.planes, PlaneWatch::open(places, placement, shown, stage));
     } else {
       SYMRIG_TRY(RefreshWatch plain, RefreshWatch::open(places, placement, stage));
       watch.plain.emplace(std::move(plain));
@@ -168,8 +205,9 @@ struct ScreenWatch {
   }
   std::string report() const {
     if (planes)
-      return fmt::format("{} refreshes, {} missed; edges of planes at most {:.1f} us late",
-                         planes->refreshes(), planes->missed(), 1e6 * seconds(planes->latest()));
+      return fmt::format(
+          "{} refreshes, {} missed; edges of planes at most {:.1f} us late; {} faults of the controller",
+          planes->refreshes(), planes->missed(), 1e6 * seconds(planes->latest()), controller->faults());
     return fmt::format("{} refreshes, {} missed", plain->refreshes(), plain->missed());
   }
 };
@@ -177,18 +215,20 @@ struct ScreenWatch {
 void report(const TriggerWatch& trigger, const ScreenWatch& screen, const DeliveryTally& tally,
             const SceneCamera& camera) {
   fmt::print(
-      "bench_scene: {} exposures, {} triggers too early, {} frames delivered, {} not taken, {} with a fault\n"
+      "bench_scene: {} exposures, {} triggers too early, {} not seen, {} frames delivered, {} not taken, {} "
+      "with a fault\n"
       "bench_scene: {}; strobe at most {:.1f} us after its trigger, exposures "
       "known "
       "to {:.1f} us\n",
-      trigger.exposures(), trigger.missed(), tally.delivered, tally.not_taken, tally.faults, screen.report(),
-      1e6 * seconds(trigger.slowest()), 1e6 * seconds(tally.largest_doubt));
+      trigger.exposures(), trigger.missed(), trigger.unseen(), tally.delivered, tally.not_taken, tally.faults,
+      screen.report(), 1e6 * seconds(trigger.slowest()), 1e6 * seconds(tally.largest_doubt));
   if (const std::string more = camera.report(); !more.empty()) fmt::print("bench_scene: {}\n", more);
 }
 
 Result<std::unique_ptr<SceneCamera>> open_camera(const Options& options, const CameraHabits& habits,
                                                  const sim::ImageFormation& formation) {
   const Grid camera = formation.camera();
+  if (!options.usb3.empty()) return open_usb3_camera({options.usb3, camera, habits.readout}, habits.faults);
   if (!options.gige.empty())
     return open_gige_camera({options.gige, camera, habits.readout, options.packet_loss}, habits.faults);
   SYMRIG_TRY(const Grid size, picture_size(options.picture, camera));
@@ -201,20 +241,21 @@ Result<void> close_loop(const Options& options) {
   if (uri.channels != 1 || !uri.camera_noise)
     return Error{ErrorCode::bad_argument, "the test camera is grey and has noise",
                  "remove the keys channels and noise"};
+  SYMRIG_CHECK(check_devices(options));
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
   SYMRIG_TRY(const auto bench, sim::make_bench(uri));
   const sim::ImageFormation formation(uri, *bench.view);
   SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());
   Stage stage;
   Signals signals(stage);  // before any thread: the camera has one, too
-  SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, stage));
+  SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, habits.faults, stage));
   SYMRIG_TRY(ScreenWatch screen,
              ScreenWatch::open(options, places, {uri.size, options.cell, options.top, options.left}, stage));
   SYMRIG_TRY(const auto camera, open_camera(options, habits, formation));
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
   Developer developer(formation, stage, *camera, habits, std::move(log));
   std::vector<std::function<void()>> watchers = screen.watchers();
-  watchers.emplace_back([&signals] { signals.run(); });
+  watchers.emplace_back([&] { signals.run(screen.controller.get()); });
   watchers.emplace_back([&trigger] { trigger.run(); });
   Watching watching(stage, watchers);
   fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: a job waits for it
@@ -232,7 +273,9 @@ int main(int argc, char** argv) {
   try {
     CLI::App app(
         "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
-    app.footer("Signals: USR1 unplugs the camera, USR2 plugs it in again, TERM ends.");
+    app.footer(
+        "Signals: USR1 unplugs the camera, USR2 plugs it in again, HUP cycles the controller's power, TERM "
+        "ends.");
     symrig::bench_vm::Options options;
     symrig::bench_vm::add_options(app, options);
     try {

@@ -11,7 +11,7 @@ namespace {
 /// A swapped frame without a successor is delivered after this time.
 constexpr Nanoseconds kOvertaking{1'000'000'000};
 
-DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates) {
+DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates, bool by_camera) {
   DeliveredFrame delivered;
   delivered.frame = frame.frame;
   delivered.fault = fault_of(rates, frame.frame);
@@ -20,7 +20,7 @@ DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates) {
   delivered.damaged = delivered.fault == FrameFault::damage;
   delivered.codes = std::move(frame.codes);
   delivered.open = frame.open;
-  if (delivered.fault == FrameFault::late) {
+  if (delivered.fault == FrameFault::late && !by_camera) {
     delivered.due += rates.late_by;
     delivered.stamp += rates.late_by;
   }
@@ -37,14 +37,14 @@ Codes torn(const Codes& codes) {
 }  // namespace
 
 void Delivery::add(FinishedFrame finished) {
-  DeliveredFrame frame = as_exposed(std::move(finished), rates_);
+  DeliveredFrame frame = as_exposed(std::move(finished), rates_, by_camera_);
   if (frame.damaged) frame.codes = torn(frame.codes);
   if (frame.fault == FrameFault::drop) {
     ++dropped_;
     if (rates_.counted) ++skip_;
     return;
   }
-  if (frame.fault == FrameFault::swap && !held_) {
+  if (frame.fault == FrameFault::swap && !by_camera_ && !held_) {
     frame.due += kOvertaking;
     held_ = std::move(frame);
     return;

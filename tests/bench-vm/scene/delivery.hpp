@@ -38,7 +38,8 @@ struct DeliveredFrame {
 /// a late frame are late, too.
 class Delivery {
  public:
-  explicit Delivery(FaultRates rates) : rates_(rates) {}
+  /// by_camera: the camera delays and swaps frames itself. They are marked, and delivered as exposed.
+  explicit Delivery(FaultRates rates, bool by_camera = false) : rates_(rates), by_camera_(by_camera) {}
 
   /// Call it in the order of exposure.
   void add(FinishedFrame finished);
@@ -52,6 +53,7 @@ class Delivery {
   void enqueue(DeliveredFrame frame);
 
   FaultRates rates_;
+  bool by_camera_;
   std::deque<DeliveredFrame> queue_;
   std::optional<DeliveredFrame> held_;  // waits for the next frame to overtake it
   Nanoseconds busy_until_{};

@@ -25,7 +25,7 @@ Developer::Developer(const sim::ImageFormation& formation, Stage& stage, SceneCa
       camera_(camera),
       habits_(habits),
       log_(std::move(log)),
-      delivery_(habits.faults) {}
+      delivery_(habits.faults, camera.delays_frames()) {}
 
 Result<DeliveryTally> Developer::run() {
   while (!stage_.stopped()) {

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint64_t kFaultKey = 0xfa017;
 constexpr std::uint64_t kJitterKey = 0x177e4;
+constexpr std::uint64_t kTriggerKey = 0x7219;
 
 double draw(std::uint64_t stream, const FaultRates& rates, std::uint64_t frame) {
   return sim::unit_double(sim::combine(sim::combine(stream, rates.seed), frame));
@@ -33,7 +34,7 @@ bool FaultRates::valid() const {
     if (!(share >= 0 && share <= 1)) return false;
     sum += share;
   }
-  return sum <= 1 && late_by.count() >= 0 && jitter.count() >= 0;
+  return sum <= 1 && drop_trigger >= 0 && drop_trigger <= 1 && late_by.count() >= 0 && jitter.count() >= 0;
 }
 
 FrameFault fault_of(const FaultRates& rates, std::uint64_t frame) {
@@ -49,6 +50,10 @@ FrameFault fault_of(const FaultRates& rates, std::uint64_t frame) {
     u -= share;
   }
   return FrameFault::none;
+}
+
+bool sees_trigger(const FaultRates& rates, std::uint64_t number) {
+  return draw(kTriggerKey, rates, number) >= rates.drop_trigger;
 }
 
 Nanoseconds jitter_of(const FaultRates& rates, std::uint64_t frame) {

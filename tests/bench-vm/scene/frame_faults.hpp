@@ -27,6 +27,7 @@ struct FaultRates {
   double late = 0;
   double swap = 0;
   double damage = 0;
+  double drop_trigger = 0;                    ///< of triggers, not of frames: the camera does not see them
   Nanoseconds late_by{33'333'333};            ///< a period of a 30 Hz camera
   Nanoseconds jitter{0};                      ///< one sigma of the stamps
   bool counted = true;                        ///< the sequence number counts dropped frames
@@ -38,6 +39,8 @@ struct FaultRates {
 
 /// Depends only on (seed, frame).
 FrameFault fault_of(const FaultRates& rates, std::uint64_t frame);
+/// false: the camera does not see the trigger of this number. Depends only on (seed, number).
+bool sees_trigger(const FaultRates& rates, std::uint64_t number);
 /// Normally distributed, one sigma of rates.jitter. Depends only on (seed, frame).
 Nanoseconds jitter_of(const FaultRates& rates, std::uint64_t frame);
 

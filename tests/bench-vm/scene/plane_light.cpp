@@ -63,8 +63,10 @@ std::vector<Change> light_of_planes(std::span<const std::uint32_t> words, Grid g
 
 std::vector<TriggerEdge> edges_of_refresh(const ShownSequence& sequence, Nanoseconds start) {
   using Line = TriggerEdge::Line;
-  std::vector<TriggerEdge> edges{{start - sequence.frame_lead, Line::frame, true},
-                                 {start - sequence.frame_lead + kTriggerPulse, Line::frame, false}};
+  const Nanoseconds frame = start - sequence.frame_lead;
+  const Nanoseconds last = start + static_cast<std::int64_t>(sequence.planes.size()) * sequence.period;
+  std::vector<TriggerEdge> edges{{frame, Line::frame, true},
+                                 {sequence.frames_all ? last : frame + kTriggerPulse, Line::frame, false}};
   for (std::size_t k = 0; k < sequence.planes.size(); ++k) {
     const Nanoseconds begin = start + static_cast<std::int64_t>(k) * sequence.period;
     edges.push_back({begin, Line::plane, true});

@@ -19,6 +19,7 @@ struct ShownSequence {
   Nanoseconds period{0};      ///< from plane to plane
   Nanoseconds exposure{0};    ///< how long a plane is bright
   Nanoseconds frame_lead{0};  ///< from the frame trigger to the first plane
+  bool frames_all = false;    ///< the frame trigger lasts to the end of the last plane, not only a pulse
 };
 
 /// The middle pixel of each cell, 0x00RRGGBB.

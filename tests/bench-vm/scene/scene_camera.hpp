@@ -31,6 +31,9 @@ class SceneCamera {
   /// Unplugs the camera, or plugs it in.
   /// fails: io.
   virtual Result<void> plug(bool in) = 0;
+  /// true: the camera itself delivers late and swapped frames late and swapped. It gets all frames in the
+  /// order of exposure, when they are due.
+  virtual bool delays_frames() const { return false; }
   /// What happened on the way to the host. Empty: the tally says it all.
   virtual std::string report() const { return {}; }
 };

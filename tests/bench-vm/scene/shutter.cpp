@@ -3,9 +3,14 @@
 
 namespace symrig::bench_vm {
 
-Shutter::Move Shutter::trigger(bool level, Nanoseconds at) {
+Shutter::Move Shutter::trigger(bool level, Nanoseconds at, bool sees) {
   if (level == level_) return Move::none;
   level_ = level;
+  triggers_ += level ? 1 : 0;
+  if (level && !sees) {
+    ++unseen_;
+    return Move::none;
+  }
   if (level && at < busy_until_) {
     ++missed_;
     return Move::none;

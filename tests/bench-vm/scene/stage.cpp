@@ -24,6 +24,7 @@ void Stage::show(const std::vector<std::pair<Nanoseconds, Picture>>& changes) {
 void Stage::exposed(const Exposure& exposure) {
   const std::scoped_lock lock(mutex_);
   exposures_.push_back(exposure);
+  ++exposed_;
   changed_.notify_all();
 }
 

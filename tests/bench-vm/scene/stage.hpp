@@ -36,6 +36,8 @@ class Stage {
   void stop(std::optional<Error> failure = {});
 
   bool stopped() const { return stopped_; }
+  /// Number of exposures so far.
+  std::uint64_t exposures() const { return exposed_; }
   std::optional<Error> failure();
 
   /// Plugs the camera in or out. An unplugged camera ignores triggers.
@@ -54,6 +56,7 @@ class Stage {
   ScreenTimeline timeline_;
   std::deque<Exposure> exposures_;
   std::optional<Error> failure_;
+  std::atomic<std::uint64_t> exposed_ = 0;
   std::atomic<bool> stopped_ = false;
   std::atomic<bool> plugged_ = true;
 };

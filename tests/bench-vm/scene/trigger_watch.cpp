@@ -22,14 +22,15 @@ constexpr int kStopLatencyMs = 100;  // interval in which poll() checks for the 
 
 }  // namespace
 
-Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds readout, Stage& stage) {
+Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds readout,
+                                        const FaultRates& faults, Stage& stage) {
   SYMRIG_TRY(const int line, places.line("camera_trigger"));
   SYMRIG_TRY(InputWire strobe, InputWire::open(places, "camera_strobe"));
   const std::string path = places.tracefs + "/trace_pipe";
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
   Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (!trace) return system_error(fmt::format("cannot open {}", path), "only one reader at a time");
-  return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, stage);
+  return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, faults, stage);
 }
 
 void TriggerWatch::run() {
@@ -61,7 +62,8 @@ Result<void> TriggerWatch::take(const TraceEvent& event) {
 
 Result<void> TriggerWatch::move(const LineSet& set) {
   if (set.level && !stage_.camera_is_in()) return {};
-  const Shutter::Move move = shutter_.trigger(set.level, set.time);
+  const Shutter::Move move =
+      shutter_.trigger(set.level, set.time, sees_trigger(faults_, shutter_.triggers()));
   if (move == Shutter::Move::none) return {};
   SYMRIG_TRY(const Moment edge, pull_undisturbed(strobe_, move == Shutter::Move::open, kPriority));
   slowest_ = std::max(slowest_, edge.time - set.time);

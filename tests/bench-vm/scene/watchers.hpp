@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "bench-vm/scene/frame_faults.hpp"
 #include "bench-vm/scene/screen_reader.hpp"
 #include "bench-vm/scene/shutter.hpp"
 #include "bench-vm/scene/stage.hpp"
@@ -19,7 +20,9 @@ class TriggerWatch {
  public:
   /// stage must outlive the watch.
   /// fails: unknown_name (a line), io.
-  static Result<TriggerWatch> open(const BenchPlaces& places, Nanoseconds readout, Stage& stage);
+  /// faults: which triggers the camera does not see.
+  static Result<TriggerWatch> open(const BenchPlaces& places, Nanoseconds readout, const FaultRates& faults,
+                                   Stage& stage);
 
   /// Runs until the stage is stopped. It stops the stage itself if trace events were lost, because the
   /// board's actions are then unknown.
@@ -27,12 +30,19 @@ class TriggerWatch {
 
   std::uint64_t exposures() const { return exposures_; }
   std::uint64_t missed() const { return shutter_.missed(); }
+  std::uint64_t unseen() const { return shutter_.unseen(); }
   /// The longest time from a trigger's edge to the strobe's.
   Nanoseconds slowest() const { return slowest_; }
 
  private:
-  TriggerWatch(Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
-      : trace_(std::move(trace)), strobe_(std::move(strobe)), gpio_(gpio), shutter_(readout), stage_(stage) {}
+  TriggerWatch(Fd trace, InputWire strobe, int gpio, Nanoseconds readout, const FaultRates& faults,
+               Stage& stage)
+      : trace_(std::move(trace)),
+        strobe_(std::move(strobe)),
+        gpio_(gpio),
+        shutter_(readout),
+        faults_(faults),
+        stage_(stage) {}
   Result<void> read_on();
   Result<void> take(const TraceEvent& event);
   Result<void> move(const LineSet& set);
@@ -41,6 +51,7 @@ class TriggerWatch {
   InputWire strobe_;
   int gpio_;
   Shutter shutter_;
+  FaultRates faults_;
   Stage& stage_;
   LineSplitter lines_;
   Moment begin_;

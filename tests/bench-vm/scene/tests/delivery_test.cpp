@@ -20,8 +20,8 @@ FinishedFrame frame(std::uint64_t number) {
           std::make_shared<const std::vector<std::uint16_t>>(4, static_cast<std::uint16_t>(number))};
 }
 
-std::vector<DeliveredFrame> deliver(const FaultRates& rates, std::uint64_t frames) {
-  Delivery delivery(rates);
+std::vector<DeliveredFrame> deliver(const FaultRates& rates, std::uint64_t frames, bool by_camera = false) {
+  Delivery delivery(rates, by_camera);
   std::vector<DeliveredFrame> all;
   for (std::uint64_t i = 0; i < frames; ++i) {
     delivery.add(frame(i));
@@ -130,6 +130,26 @@ TEST(Delivery, swaps_a_frame_with_the_one_after_it) {
   EXPECT_GT(swapped, 10);
 }
 
+// A camera that delays and swaps frames itself gets them as they were exposed, and is told.
+TEST(Delivery, leaves_late_and_swapped_frames_to_a_camera_that_makes_them) {
+  FaultRates rates = with(&FaultRates::late, 0.2);
+  rates.swap = 0.2;
+  rates.drop = 0.1;
+  const auto all = deliver(rates, 300, true);
+  std::map<FrameFault, int> faults;
+  std::uint64_t next = 0;
+  for (const DeliveredFrame& one : all) {
+    EXPECT_EQ(one.frame, next + one.skip);
+    EXPECT_EQ(one.stamp, frame(one.frame).stamp);
+    EXPECT_EQ(one.due, frame(one.frame).ready);
+    EXPECT_EQ(one.fault, fault_of(rates, one.frame));
+    ++faults[one.fault];
+    next = one.frame + 1;
+  }
+  EXPECT_NEAR(faults[FrameFault::late], 60, 5 * std::sqrt(300 * 0.2 * 0.8));
+  EXPECT_NEAR(faults[FrameFault::swap], 60, 5 * std::sqrt(300 * 0.2 * 0.8));
+}
+
 // The last frame has no successor, and is delivered anyway.
 TEST(Delivery, does_not_keep_the_last_frame) {
   const auto all = deliver(with(&FaultRates::swap, 1), 1);
@@ -163,6 +183,10 @@ TEST(FrameFaults, come_as_often_as_asked_for) {
   for (const auto& [fault, share] : asked)
     EXPECT_NEAR(count[fault], share * kFrames, 5 * std::sqrt(share * kFrames)) << name(fault);
   EXPECT_NEAR(squares / kFrames, 1, 5 * std::sqrt(2.0 / kFrames));
+  rates.drop_trigger = 0.004;
+  int unseen = 0;
+  for (std::uint64_t i = 0; i < kFrames; ++i) unseen += sees_trigger(rates, i) ? 0 : 1;
+  EXPECT_NEAR(unseen, 0.004 * kFrames, 5 * std::sqrt(0.004 * kFrames));
   FaultRates other = rates;
   other.seed = 2;
   int differ = 0;
@@ -174,6 +198,7 @@ TEST(FrameFaults, knows_shares_that_cannot_be) {
   EXPECT_TRUE(FaultRates{}.valid());
   EXPECT_FALSE(with(&FaultRates::drop, -0.1).valid());
   EXPECT_FALSE(with(&FaultRates::late, std::nan("")).valid());
+  EXPECT_FALSE(with(&FaultRates::drop_trigger, 1.1).valid());
   FaultRates much = with(&FaultRates::drop, 0.6);
   much.duplicate = 0.6;
   EXPECT_FALSE(much.valid());

@@ -84,5 +84,17 @@ TEST(PlaneLight, an_edge_begins_each_plane_and_one_comes_before_the_first) {
   for (std::size_t k = 0; k < 24; ++k) EXPECT_EQ(planes[k], 1s + static_cast<std::int64_t>(k) * 684us);
 }
 
+// As a DLPC900 frames its planes.
+TEST(PlaneLight, a_frame_trigger_may_last_to_the_end_of_the_last_plane) {
+  ShownSequence framing = sequence();
+  framing.frames_all = true;
+  const auto edges = edges_of_refresh(framing, 1s);
+  ASSERT_EQ(edges.size(), 50U);
+  EXPECT_EQ(edges.front().at, 1s - 20us);
+  EXPECT_EQ(edges.back().line, Line::frame);
+  EXPECT_FALSE(edges.back().high);
+  EXPECT_EQ(edges.back().at, 1s + 24 * 684us);
+}
+
 }  // namespace
 }  // namespace symrig::bench_vm::plane_light_test

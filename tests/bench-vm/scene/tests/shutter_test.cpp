@@ -30,5 +30,17 @@ TEST(Shutter, misses_a_trigger_during_readout_and_its_end) {
   EXPECT_EQ(shutter.trigger(true, 21ms), Move::open);
 }
 
+TEST(Shutter, stays_closed_for_a_trigger_that_the_camera_does_not_see) {
+  Shutter shutter(3ms);
+  EXPECT_EQ(shutter.trigger(true, 2ms, false), Move::none);
+  EXPECT_EQ(shutter.trigger(true, 3ms), Move::none);  // the same level set again
+  EXPECT_EQ(shutter.trigger(false, 5ms), Move::none);
+  EXPECT_EQ(shutter.trigger(true, 6ms), Move::open);           // there is nothing to read out
+  EXPECT_EQ(shutter.trigger(false, 7ms, false), Move::close);  // only a rising edge can be overlooked
+  EXPECT_EQ(shutter.triggers(), 2U);
+  EXPECT_EQ(shutter.unseen(), 1U);
+  EXPECT_EQ(shutter.missed(), 0U);
+}
+
 }  // namespace
 }  // namespace symrig::bench_vm::shutter_test

@@ -20,7 +20,7 @@ class Watched : public testing::Test {
   void SetUp() override {
     std::thread([this] { allowed_ = set_priority(1).ok(); }).join();
     if (!allowed_) GTEST_SKIP() << "no real-time priority here";
-    auto opened = TriggerWatch::open(guest_.places(), 3ms, stage_);
+    auto opened = TriggerWatch::open(guest_.places(), 3ms, faults_, stage_);
     ASSERT_OK(opened);
     watch_.emplace(*std::move(opened));
     trace_.open(guest_.places().tracefs + "/trace_pipe", std::ios::app);
@@ -41,6 +41,7 @@ class Watched : public testing::Test {
   }
 
   FakeGuest guest_;
+  FaultRates faults_;
   Stage stage_;
   std::optional<TriggerWatch> watch_;
   std::ofstream trace_;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene's camera on the network, met by the driver of GenICam cameras.
-#include "bench-vm/scene/gige_scene_camera.hpp"
+// The scene's cameras of GenICam. The one on the network is met by their driver.
+#include "bench-vm/scene/genicam_scene_camera.hpp"
 
 #include "assert_ok.hpp"
 #include "camera/genicam/genicam_camera.hpp"
 #include "symrig/base/stopwatch.hpp"
+#include "usbip/usbip_server.hpp"
 
 #include <any>
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,7 +17,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace symrig::bench_vm::gige_scene_camera_test {
+namespace symrig::bench_vm::genicam_scene_camera_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -28,8 +30,8 @@ std::string address() {
   return fmt::format("127.9.{}.{}", static_cast<unsigned>(getpid()) >> 8U & 255U, getpid() & 255);
 }
 
-std::unique_ptr<SceneCamera> open_scene_camera(double packet_loss = 0) {
-  auto camera = open_gige_camera({address(), kGrid, 3ms, packet_loss}, {});
+std::unique_ptr<SceneCamera> open_scene_camera(double packet_loss = 0, const FaultRates& faults = {}) {
+  auto camera = open_gige_camera({address(), kGrid, 3ms, packet_loss}, faults);
   EXPECT_TRUE(camera.ok()) << (camera.ok() ? "" : camera.error().line());
   return camera.ok() ? std::move(*camera) : nullptr;
 }
@@ -115,13 +117,61 @@ TEST(GigeSceneCamera, is_gone_while_it_is_unplugged) {
   EXPECT_TRUE(open_driver().ok());
 }
 
+// Frames that were exposed and delivered as marked: 1 late, 2 swapped, 4 late as the last one but one.
+TEST(GigeSceneCamera, delivers_late_and_swapped_frames_with_the_next_one) {
+  FaultRates rates;
+  rates.late = rates.swap = 0.2;
+  const auto scene = open_scene_camera(0, rates);
+  ASSERT_NE(scene, nullptr);
+  EXPECT_TRUE(scene->delays_frames());
+  const auto driver = open_driver();
+  ASSERT_OK(driver);
+  std::vector<DeliveredFrame> sent;
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    sent.push_back(frame_of(k));
+    if (k == 1 || k == 4) sent.back().fault = FrameFault::late;
+    if (k == 2) sent.back().fault = FrameFault::swap;
+    ASSERT_EQ(scene->deliver(sent.back()).value(), Taken::yes);
+  }
+  const auto frames = (*driver)->take(6, 2s);
+  ASSERT_OK(frames);
+  ASSERT_EQ(frames->size(), 6U);
+  constexpr std::array<std::size_t, 6> kOrder{0, 1, 3, 2, 4, 5};
+  for (std::size_t k = 0; k < kOrder.size(); ++k) {
+    const DeliveredFrame& exposed = sent[kOrder[k]];
+    EXPECT_EQ((*frames)[k].raw, *exposed.codes) << k;
+    EXPECT_NEAR(static_cast<double>(((*frames)[k].stamp.since - exposed.stamp).count()), 0, 1e5) << k;
+  }
+  EXPECT_EQ((*frames)[2].sequence, (*frames)[3].sequence + 1);
+}
+
+// Without a kernel nobody attaches it. bench.usb3_capture takes whole captures with it.
+TEST(Usb3SceneCamera, waits_for_its_host) {
+  const auto scene = open_usb3_camera({"U1", kGrid, 3ms, 0}, {});
+  ASSERT_OK(scene);
+  EXPECT_FALSE((*scene)->settings()->follows_pulse);
+  EXPECT_EQ((*scene)->deliver(frame_of(0)).value(), Taken::not_streaming);
+  ASSERT_OK((*scene)->plug(false));
+  EXPECT_EQ((*scene)->deliver(frame_of(0)).value(), Taken::unplugged);
+  ASSERT_OK((*scene)->plug(true));
+  EXPECT_EQ((*scene)->deliver(frame_of(0)).value(), Taken::not_streaming);
+}
+
+TEST(Usb3SceneCamera, refuses_what_it_cannot_do) {
+  FaultRates damaged;
+  damaged.damage = 0.1;
+  EXPECT_EQ(open_usb3_camera({"U1", kGrid, 3ms, 0}, damaged).error().code, ErrorCode::bad_argument);
+  const auto server = test::UsbIpServer(nullptr, 0);
+  EXPECT_EQ(open_usb3_camera({"U1", kGrid, 3ms, server.port()}, {}).error().code, ErrorCode::io);
+}
+
 TEST(GigeSceneCamera, refuses_what_it_cannot_do) {
-  FaultRates late;
-  late.late = 0.1;
-  EXPECT_EQ(open_gige_camera({address(), kGrid, 3ms, 0}, late).error().code, ErrorCode::bad_argument);
+  FaultRates twice;
+  twice.duplicate = 0.1;
+  EXPECT_EQ(open_gige_camera({address(), kGrid, 3ms, 0}, twice).error().code, ErrorCode::bad_argument);
   EXPECT_EQ(open_gige_camera({address(), kGrid, 3ms, 1}, {}).error().code, ErrorCode::bad_argument);
   EXPECT_EQ(open_gige_camera({"10.0.0.1", kGrid, 3ms, 0}, {}).error().code, ErrorCode::io);
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm::gige_scene_camera_test
+}  // namespace symrig::bench_vm::genicam_scene_camera_test
