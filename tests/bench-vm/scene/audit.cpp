@@ -52,8 +52,8 @@ class Auditor {
       : truth_(truth), formation_(formation), options_(options) {
     for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
       if (is_bracket(i)) brackets_[truth[i].picture].push_back(in_a_row(i));
-    if (options.scattered) gather_scattered();
     number_sessions();
+    if (options.scattered) gather_scattered();
   }
 
   /// The grid of the log's photographs.
@@ -133,15 +133,18 @@ class Auditor {
     return true;
   }
 
-  /// The bracket whose times most pictures have. Metering takes others, of one picture.
-  Taken usual_bracket() const {
+  /// The bracket of a session whose times most pictures have: metering takes others, of one picture. Empty:
+  /// the session has none.
+  Taken usual_bracket(int session) const {
     Taken usual;
     std::ptrdiff_t most = 0;
     for (const auto& [picture, brackets] : brackets_)
       for (const Taken& one : brackets) {
+        if (session_[one.front()] != session) continue;
         const auto alike = std::ranges::count_if(brackets_, [&](const auto& other) {
-          return std::ranges::any_of(other.second,
-                                     [&](const Taken& taken) { return have_same_times(one, taken); });
+          return std::ranges::any_of(other.second, [&](const Taken& taken) {
+            return session_[taken.front()] == session && have_same_times(one, taken);
+          });
         });
         if (alike <= most) continue;
         most = alike;
@@ -151,20 +154,30 @@ class Auditor {
   }
 
   /// All choices of one frame for each place in the bracket, for each picture. The place of a frame follows
-  /// from its time: all brackets have the same.
+  /// from its time: all brackets of a session have the same, as the session metered them.
   void gather_scattered() {
-    if (brackets_.empty()) return;
-    const Taken known = usual_bracket();
+    std::unordered_map<std::uint64_t, std::vector<Taken>> all;
+    for (int session = 0; !session_.empty() && session <= session_.back(); ++session)
+      for (const auto& [picture, places] : places_in(session)) {
+        const auto some = choices(places);
+        all[picture].insert(all[picture].end(), some.begin(), some.end());
+      }
+    brackets_ = std::move(all);
+  }
+
+  /// For each picture of a session: the frames that may be in each place of a bracket.
+  std::unordered_map<std::uint64_t, std::vector<Taken>> places_in(int session) const {
     std::unordered_map<std::uint64_t, std::vector<Taken>> places;
-    for (std::size_t i = 0; i < truth_.size(); ++i) {
-      if (!truth_[i].pure) continue;
+    const Taken known = usual_bracket(session);
+    for (std::size_t i = 0; i < truth_.size() && !known.empty(); ++i) {
+      if (!truth_[i].pure || session_[i] != session) continue;
       auto& of_picture = places[truth_[i].picture];
       of_picture.resize(known.size());
       for (std::size_t j = 0; j < known.size(); ++j)
         if (std::abs(seconds(truth_[i].lit()) / seconds(truth_[known[j]].lit()) - 1) < kSameTime)
           of_picture[j].push_back(i);
     }
-    for (const auto& [picture, of_picture] : places) brackets_[picture] = choices(of_picture);
+    return places;
   }
 
   /// The last ones first: what was taken again counts.

@@ -195,6 +195,29 @@ TEST(Audit, finds_the_frames_of_a_photograph_that_do_not_follow_each_other) {
   EXPECT_GT(audit->found, audit->planted * 3 / 4);
 }
 
+// A resumed capture meters again: then the exposures of the second session are others.
+TEST(Audit, finds_scattered_frames_of_a_capture_that_was_resumed) {
+  Session session, resumed;
+  resumed.rig.headroom *= 1.2;
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  ASSERT_OK(resumed.capture(0, [](auto&) {}));
+  ASSERT_GT(std::abs(seconds(resumed.rig.truth.back().open) / seconds(session.rig.truth.back().open) - 1),
+            0.05);
+  for (std::int64_t k = 0; k < resumed.log->size(); ++k)
+    ASSERT_OK(session.log->append(*resumed.log->pattern(k), *resumed.log->photograph(k), {}));
+  auto& truth = session.rig.truth;
+  truth.insert(truth.end(), resumed.rig.truth.begin(), resumed.rig.truth.end());
+  AuditOptions options;
+  options.scattered = true;
+  const auto audit = session.audited(options);
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->photographs.size(), 2 * kPhotographs);
+  EXPECT_EQ(audit->unseen, 0);
+  EXPECT_EQ(audit->wrong, 0);
+  EXPECT_LT(audit->farthest_right, 0.02);
+  EXPECT_GT(audit->found, audit->planted * 3 / 4);
+}
+
 TEST(Audit, finds_a_frame_in_the_wrong_place_among_scattered_ones) {
   Session session;
   ASSERT_OK(session.capture(11, [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); }));

@@ -33,6 +33,7 @@ class LoopedRig {
   Result<std::unique_ptr<Rig>> open() {
     RigOptions options;
     options.scale = formation_.scale();
+    options.headroom = headroom;
     options.exposures = 4;      // the auditor knows photographs by their brackets, as in the jobs' rig files
     options.ledger.guards = 0;  // as in the virtual rig, whose camera loses no frames at its start
     auto projector =
@@ -47,7 +48,8 @@ class LoopedRig {
   }
 
   const sim::ImageFormation& formation() const { return formation_; }
-  std::vector<TrueExposure> truth;  ///< of all exposures so far
+  std::vector<TrueExposure> truth;          ///< of all exposures so far
+  double headroom = RigOptions{}.headroom;  ///< of the exposures that a rig chooses
   /// May change the frames of a run before they are delivered.
   std::function<void(std::vector<CameraFrame>&)> tamper = [](std::vector<CameraFrame>&) {};
 
