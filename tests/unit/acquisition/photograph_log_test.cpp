@@ -132,6 +132,64 @@ TEST_F(PhotographLogFile, is_never_overwritten_or_shared) {
   EXPECT_EQ(create_photograph_log(path("none/scene.log"), identity_).error().code, ErrorCode::not_found);
 }
 
+TEST_F(PhotographLogFile, many_processes_may_read_one_but_not_while_a_capture_writes) {
+  write_three_runs();
+  const auto before = bytes();
+  {
+    const auto one = read_photograph_log(path()), other = read_photograph_log(path());
+    ASSERT_TRUE(one.ok()) << one.error().line();
+    ASSERT_TRUE(other.ok()) << other.error().line();
+    for (const auto* log : {&*one, &*other}) {
+      EXPECT_EQ((*log)->grid(), identity_.grid);
+      EXPECT_EQ((*log)->channels(), identity_.channels);
+      ASSERT_EQ((*log)->size(), 5);
+      for (std::size_t k = 0; k < 5; ++k) expect_holds(**log, static_cast<std::int64_t>(k), entries_[k]);
+    }
+    const auto writer = open_photograph_log(path(), identity_);
+    ASSERT_FALSE(writer.ok());
+    EXPECT_NE(writer.error().what.find("another process has it open"), std::string::npos)
+        << writer.error().line();
+  }
+  const auto writer = open_photograph_log(path(), identity_);
+  ASSERT_TRUE(writer.ok()) << writer.error().line();
+  const auto reader = read_photograph_log(path());
+  ASSERT_FALSE(reader.ok());
+  EXPECT_EQ(reader.error().code, ErrorCode::io);
+  EXPECT_NE(reader.error().what.find("another process is writing to it"), std::string::npos)
+      << reader.error().line();
+  EXPECT_EQ(bytes(), before);
+}
+
+TEST_F(PhotographLogFile, reading_leaves_out_a_run_that_is_torn_and_keeps_the_file) {
+  const std::vector<std::uint64_t> ends = write_three_runs();
+  fs::resize_file(path(), ends[2] - 1);
+  const auto before = bytes();
+  const auto log = read_photograph_log(path());
+  ASSERT_TRUE(log.ok()) << log.error().line();
+  EXPECT_EQ((*log)->size(), 3);
+  EXPECT_EQ(bytes(), before);
+}
+
+TEST_F(PhotographLogFile, what_is_no_log_cannot_be_read) {
+  EXPECT_EQ(read_photograph_log(path("none.log")).error().code, ErrorCode::not_found);
+  write_three_runs();
+  const std::vector<std::byte> sound = bytes();
+  const auto refused = [&](std::span<const std::byte> content) {
+    write(content);
+    const auto log = read_photograph_log(path());
+    ASSERT_FALSE(log.ok());
+    EXPECT_EQ(log.error().code, ErrorCode::bad_format);
+    EXPECT_NE(log.error().hint.find("--keep-log"), std::string::npos) << log.error().line();
+  };
+  refused({});
+  refused(std::span(sound).first(head_ - 9));  // its writer was killed at the head
+  for (const std::size_t at : {0U, 8U, 12U, 16U, 24U, 30U}) {
+    std::vector<std::byte> wrong = sound;
+    wrong[at] ^= std::byte{0x40};
+    refused(wrong);
+  }
+}
+
 TEST_F(PhotographLogFile, wrong_sizes_and_numbers_are_errors) {
   const auto file = create_photograph_log(path(), identity_);
   const auto memory = make_memory_log(identity_.grid, identity_.channels);

@@ -100,6 +100,12 @@ Result<std::unique_ptr<PhotographLog>> create_photograph_log(const std::filesyst
 Result<std::unique_ptr<PhotographLog>> open_photograph_log(const std::filesystem::path& path,
                                                            const LogIdentity& identity);
 
+/// Opens the log of any capture to read it. Any number of processes may read a log at once, but none while
+/// another one may write to it. Photographs are checked and left out as by open_photograph_log(). The file
+/// never changes.
+/// fails: not_found; bad_format (not a log, or of a newer version); io (also: a capture has it open).
+Result<std::unique_ptr<const PhotographLog>> read_photograph_log(const std::filesystem::path& path);
+
 /// A probe that answers from a log as long as the log holds the patterns that are asked for. After that it
 /// asks another probe, and logs each photograph as it arrives. A capture is a deterministic function of its
 /// photographs. So a capture that was killed is continued by running it again on this.

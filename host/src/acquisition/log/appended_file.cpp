@@ -62,27 +62,37 @@ iovec part_of(std::span<const std::byte> bytes) {
 Result<AppendedFile> AppendedFile::create(const fs::path& path) {
   AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (!file.fd_) return open_error(path, errno);
-  return locked(std::move(file));
+  return locked(std::move(file), LOCK_EX);
 }
 
 Result<AppendedFile> AppendedFile::open(const fs::path& path) {
-  AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+  return open_as(path, O_RDWR, LOCK_EX);
+}
+
+Result<AppendedFile> AppendedFile::open_to_read(const fs::path& path) {
+  return open_as(path, O_RDONLY, LOCK_SH);
+}
+
+Result<AppendedFile> AppendedFile::open_as(const fs::path& path, int access, int lock) {
+  AppendedFile file(path, ::open(path.c_str(), access | O_CLOEXEC | O_NONBLOCK));
   if (!file.fd_) return open_error(path, errno);
   struct stat status {};
   if (::fstat(file.fd_.get(), &status) != 0) return file.failure("cannot be read");
   if (!S_ISREG(status.st_mode))
     return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
-  SYMRIG_TRY(AppendedFile mine, locked(std::move(file)));
+  SYMRIG_TRY(AppendedFile mine, locked(std::move(file), lock));
   // Only now: another process may have written to it until it let go of the lock.
   if (::fstat(mine.fd_.get(), &status) != 0) return mine.failure("cannot be read");
   mine.size_ = static_cast<std::uint64_t>(status.st_size);
   return mine;
 }
 
-Result<AppendedFile> AppendedFile::locked(AppendedFile file) {
-  if (::flock(file.fd_.get(), LOCK_EX | LOCK_NB) == 0) return file;
+Result<AppendedFile> AppendedFile::locked(AppendedFile file, int lock) {
+  if (::flock(file.fd_.get(), lock | LOCK_NB) == 0) return file;
   if (errno == EWOULDBLOCK)
-    return Error{ErrorCode::io, file.path_.string() + ": another process is writing to it",
+    return Error{ErrorCode::io,
+                 file.path_.string() + (lock == LOCK_SH ? ": another process is writing to it"
+                                                        : ": another process has it open"),
                  "wait until it has finished"};
   return file.failure("cannot be locked");
 }

@@ -11,7 +11,8 @@
 
 namespace symrig::acquisition {
 
-/// A file that grows at its end and is read anywhere, locked against other processes while it is open.
+/// A file that grows at its end and is read anywhere. While it is open, it is locked against other processes:
+/// against their writing if this one only reads, and else against all.
 /// Reading is thread-safe. Every failure is io and names the file, unless said.
 class AppendedFile {
  public:
@@ -19,6 +20,9 @@ class AppendedFile {
   static Result<AppendedFile> create(const std::filesystem::path& path);
   /// fails: also not_found.
   static Result<AppendedFile> open(const std::filesystem::path& path);
+  /// To read only: any number of processes may have it open so, but none while another one may write to it.
+  /// fails: also not_found.
+  static Result<AppendedFile> open_to_read(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
   std::uint64_t size() const { return size_; }
@@ -34,7 +38,8 @@ class AppendedFile {
 
  private:
   AppendedFile(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
-  static Result<AppendedFile> locked(AppendedFile file);
+  static Result<AppendedFile> open_as(const std::filesystem::path& path, int access, int lock);
+  static Result<AppendedFile> locked(AppendedFile file, int lock);
   Error failure(const char* what) const;
 
   std::filesystem::path path_;

@@ -47,11 +47,14 @@ class SyncTimer {
 class FileLog final : public PhotographLog {
  public:
   FileLog(AppendedFile file, const LogIdentity& identity, HeadState head)
+      : FileLog(std::move(file), identity, head, acquisition::log_head(identity).size()) {}
+  /// first: where its photographs begin.
+  FileLog(AppendedFile file, const LogIdentity& identity, HeadState head, std::uint64_t first)
       : file_(std::move(file)),
         identity_(identity),
         shape_{identity.grid, identity.channels},
         head_(head),
-        end_(acquisition::log_head(identity).size()) {}
+        end_(first) {}
 
   /// Finds the photographs behind the head. Changes nothing.
   Result<void> find_photographs();
@@ -260,6 +263,15 @@ Result<std::unique_ptr<PhotographLog>> open_photograph_log(const fs::path& path,
   auto log = std::make_unique<FileLog>(std::move(file), identity, head);
   SYMRIG_CHECK(log->find_photographs());
   return std::unique_ptr<PhotographLog>(std::move(log));
+}
+
+Result<std::unique_ptr<const PhotographLog>> read_photograph_log(const fs::path& path) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::open_to_read(path));
+  SYMRIG_TRY(const acquisition::FoundHead head, acquisition::read_log_head(file));
+  const LogIdentity shape{head.grid, head.channels, {}, {}};
+  auto log = std::make_unique<FileLog>(std::move(file), shape, HeadState::whole, head.bytes);
+  SYMRIG_CHECK(log->find_photographs());
+  return std::unique_ptr<const PhotographLog>(std::move(log));
 }
 
 }  // namespace symrig

@@ -16,6 +16,7 @@ constexpr std::array<char, 8> kMagic{'S', 'Y', 'M', 'R', 'L', 'O', 'G', '\n'};
 constexpr std::uint32_t kOldest = 1;  // the same, without notes on budgets
 constexpr std::uint32_t kVersion = 2;
 constexpr std::uint64_t kLongestText = 1 << 20;
+constexpr int kMostChannels = 1 << 16;  ///< far beyond any camera
 
 struct Front {
   std::array<char, 8> magic;
@@ -79,20 +80,13 @@ Result<bool> is_beginning(const AppendedFile& file, std::span<const std::byte> h
   return std::equal(bytes.begin(), bytes.end(), head.begin());
 }
 
-}  // namespace
-
-std::vector<std::byte> log_head(const LogIdentity& identity) {
-  const std::string text = text_of(identity);
-  const Front front{kMagic, kVersion, crc_of(text), text.size()};
-  std::vector<std::byte> head((sizeof front + text.size() + 7) / 8 * 8);
-  std::memcpy(head.data(), &front, sizeof front);
-  std::memcpy(head.data() + sizeof front, text.data(), text.size());
-  return head;
+/// Where photographs begin behind a text of so many bytes.
+std::size_t padded_head(std::uint64_t text_bytes) {
+  return (sizeof(Front) + text_bytes + 7) / 8 * 8;
 }
 
-Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& identity) {
-  SYMRIG_TRY(const bool torn, is_beginning(file, log_head(identity)));
-  if (torn) return HeadState::torn;
+/// Checked but for the text.
+Result<Front> read_front(const AppendedFile& file) {
   Front front{};
   if (file.size() < sizeof front) return bad_head(file, "is not a photograph log");
   SYMRIG_CHECK(file.read(0, std::as_writable_bytes(std::span(&front, 1))));
@@ -103,10 +97,47 @@ Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& id
                               std::to_string(kVersion));
   if (front.text_bytes > kLongestText || sizeof front + front.text_bytes > file.size())
     return bad_head(file, "is damaged in its head");
+  return front;
+}
+
+}  // namespace
+
+std::vector<std::byte> log_head(const LogIdentity& identity) {
+  const std::string text = text_of(identity);
+  const Front front{kMagic, kVersion, crc_of(text), text.size()};
+  std::vector<std::byte> head(padded_head(text.size()));
+  std::memcpy(head.data(), &front, sizeof front);
+  std::memcpy(head.data() + sizeof front, text.data(), text.size());
+  return head;
+}
+
+Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& identity) {
+  SYMRIG_TRY(const bool torn, is_beginning(file, log_head(identity)));
+  if (torn) return HeadState::torn;
+  SYMRIG_TRY(const Front front, read_front(file));
   SYMRIG_TRY(const std::string theirs, read_text(file, front));
   const std::string ours = text_of(identity);
   if (theirs != ours) return bad_head(file, "is of another capture: " + difference(theirs, ours));
   return front.version == kOldest ? HeadState::whole_of_version_1 : HeadState::whole;
+}
+
+Result<FoundHead> read_log_head(const AppendedFile& file) {
+  const auto found = [&]() -> Result<FoundHead> {
+    SYMRIG_TRY(const Front front, read_front(file));
+    SYMRIG_TRY(const std::string text, read_text(file, front));
+    FoundHead head{{}, 0, padded_head(front.text_bytes)};
+    std::istringstream lines(text);
+    std::string grid, channels;
+    char by = 0;
+    lines >> grid >> head.grid.rows >> by >> head.grid.cols >> channels >> head.channels;
+    const bool sound = lines && grid == "grid" && by == 'x' && channels == "channels" && head.grid.valid() &&
+                       head.channels >= 1 && head.channels <= kMostChannels;
+    return sound ? Result<FoundHead>(head) : bad_head(file, "is damaged in its head");
+  }();
+  if (found) return found;
+  Error error = found.error();
+  if (error.code == ErrorCode::bad_format) error.hint = "give the log of a capture (capture --keep-log)";
+  return error;
 }
 
 }  // namespace symrig::acquisition

@@ -19,4 +19,13 @@ enum class HeadState : std::uint8_t {
 /// fails: bad_format (not a log, a newer version, another capture: the first difference is named), io.
 Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& identity);
 
+/// A head, whichever capture it is of.
+struct FoundHead {
+  Grid grid;
+  int channels = 1;
+  std::uint64_t bytes = 0;  ///< photographs begin here
+};
+/// fails: bad_format (not a log, a newer version, damaged), io.
+Result<FoundHead> read_log_head(const AppendedFile& file);
+
 }  // namespace symrig::acquisition
