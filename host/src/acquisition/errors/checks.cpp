@@ -97,6 +97,16 @@ Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
   return checks;
 }
 
+Result<Checks> Checks::of_log(const Photographer& photographer, LogRange six, std::vector<LogRange> further) {
+  Checks checks;
+  checks.first_ = six.first;
+  checks.further_ranges_ = std::move(further);
+  SYMRIG_CHECK(photographer.read(six.first, kCount, [&](std::int64_t, std::span<TreePhotograph> read) {
+    for (const TreePhotograph& photograph : read) checks.residuals_.push_back({photograph, photograph.mean});
+  }));
+  return checks;
+}
+
 Result<void> Checks::take_further(std::int64_t sets, const BlockTree& tree, Photographer& photographer) {
   const std::int64_t first = photographer.taken();
   const std::uint64_t before = this->sets() - 1;

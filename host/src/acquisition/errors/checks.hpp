@@ -28,6 +28,9 @@ class Checks {
 
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
+  /// Those of a capture that has ended, from its log. six: the log numbers of the first set; further: those
+  /// of further sets.  fails: as Photographer::read.
+  static Result<Checks> of_log(const Photographer& photographer, LogRange six, std::vector<LogRange> further);
   /// Takes further sets.  fails: as Probe::measure.
   Result<void> take_further(std::int64_t sets, const BlockTree& tree, Photographer& photographer);
 

@@ -15,8 +15,6 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr int kConjugateSteps = 8;  // in one step of polish
-
 /// The photographs of level 0, which light the children of the whole grid one after another. None if combs
 /// for short-range light came first.
 Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photographer& photographer,
@@ -163,10 +161,16 @@ Result<void> Finishing::make_sure(std::int64_t budget, CaptureResult& result) {
 
 Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                                  CaptureResult& result) const {
-  SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, again_, rest));
   result.gain_mismatch = found_.gain.fit();
-  CheckSums sums(tensor, result.gain_mismatch, checks_->sets());
-  SYMRIG_CHECK(checks_->visit_sets(photographer_, [&](auto set) { sums.add(set); }));
+  return estimate_finished(tensor, photographer_, *checks_, again_, rest, result);
+}
+
+Result<void> estimate_finished(const TransportTensor& tensor, const Photographer& photographer,
+                               const Checks& checks, LogRange again, const BruteForceRest* rest,
+                               CaptureResult& result) {
+  SYMRIG_TRY(result.noise_check, noise_of_capture(tensor.camera_tree(), photographer, checks, again, rest));
+  CheckSums sums(tensor, result.gain_mismatch, checks.sets());
+  SYMRIG_CHECK(checks.visit_sets(photographer, [&](auto set) { sums.add(set); }));
   sums.finish();
   ErrorEstimate estimate = estimate_errors(sums, doubted_variance(result.noise_check));
   result.estimated = estimate.value;

@@ -12,6 +12,15 @@
 
 namespace symrig::acquisition {
 
+constexpr int kConjugateSteps = 8;  ///< in one step of polish
+
+/// The errors of a tensor that the checks are no part of, and whether photographs scatter as they state. Into
+/// result, whose gain_mismatch is known. again: log numbers of the flood-lit photographs at the end. rest: of
+/// a capture that brute force ended, or nullptr.
+Result<void> estimate_finished(const TransportTensor& tensor, const Photographer& photographer,
+                               const Checks& checks, LogRange again, const BruteForceRest* rest,
+                               CaptureResult& result);
+
 /// What follows the search: refits of the known transport to all photographs, and the estimated errors.
 class Finishing {
  public:

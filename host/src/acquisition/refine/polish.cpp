@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/polish.hpp"
 
+#include "acquisition/refine/exact_sums.hpp"
+#include "acquisition/refine/most_light.hpp"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <numeric>
@@ -40,7 +44,7 @@ double inner_of(const float* a, const float* b, std::size_t n) {
 }
 
 /// The same bits for any number of threads.
-double inner(const PolishNumbers& a, const PolishNumbers& b) {
+double inner_of(const PolishNumbers& a, const PolishNumbers& b) {
   std::vector<double> sums((a.size() + kBlock - 1) / kBlock);
   in_blocks(a.size(), [&](std::size_t begin, std::size_t end) {
     sums[begin / kBlock] = inner_of(a.data() + begin, b.data() + begin, end - begin);
@@ -49,17 +53,22 @@ double inner(const PolishNumbers& a, const PolishNumbers& b) {
 }
 
 /// z = residual / diagonal
-void precondition(const PolishNumbers& residual, const PolishNumbers& diagonal, PolishNumbers& z) {
-  in_blocks(z.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) z[n] = diagonal[n] > 0 ? residual[n] / diagonal[n] : 0;
-  });
+void precondition(const std::vector<PolishNumbers>& residual, const std::vector<PolishNumbers>& diagonal,
+                  std::vector<PolishNumbers>& z) {
+  for (std::size_t part = 0; part < z.size(); ++part)
+    in_blocks(z[part].size(), [&](std::size_t begin, std::size_t end) {
+      const PolishNumbers &r = residual[part], &d = diagonal[part];
+      for (std::size_t n = begin; n < end; ++n) z[part][n] = d[n] > 0 ? r[n] / d[n] : 0;
+    });
 }
 
 /// to = a + scale b
-void combine(PolishNumbers& to, const PolishNumbers& a, float scale, const PolishNumbers& b) {
-  in_blocks(to.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) to[n] = a[n] + scale * b[n];
-  });
+void combine(std::vector<PolishNumbers>& to, const std::vector<PolishNumbers>& a, float scale,
+             const std::vector<PolishNumbers>& b) {
+  for (std::size_t part = 0; part < to.size(); ++part)
+    in_blocks(to[part].size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t n = begin; n < end; ++n) to[part][n] = a[part][n] + scale * b[part][n];
+    });
 }
 
 /// Share of a move that keeps within kReach of where a factor is.
@@ -88,83 +97,203 @@ double misfit_of(std::span<const TreePhotograph> residuals) {
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
+PolishNumbers numbers_of(const KnownTransport& known) {
+  PolishNumbers all(known.factors().begin(), known.factors().end());
+  all.append(known.scalar_values().begin(), known.scalar_values().end());
+  return all;
+}
+
+/// to += from, each number rounded.
+void add_rounded(const ExactSums& exact, const PagedVector<float>& from, double* to) {
+  in_blocks(from.size(), [&](std::size_t begin, std::size_t end) {
+    const float* const number = from.data();
+    for (std::size_t n = begin; n < end; ++n) to[n] += exact.rounded(number[n]);
+  });
+}
+
+void swap_means(std::span<TreePhotograph> photographs, std::vector<PagedVector<float>>& means) {
+  for (std::size_t k = 0; k < photographs.size(); ++k) std::swap(photographs[k].mean, means[k]);
+}
+
+const PolishTeam& alone() {
+  static const PolishTeam team;
+  return team;
+}
+
 }  // namespace
 
 Polish::Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
                std::vector<LogRange> photographs, std::vector<double> misfit)
-    : facts_(facts),
+    : Polish(
+          alone(), std::span(&known, 1), photographer,
+          {static_cast<std::size_t>(facts.tree.grid().size()), std::move(photographs), std::move(misfit)}) {}
+
+Polish::Polish(const PolishTeam& team, std::span<KnownTransport> parts, const Photographer& photographer,
+               Photographs photographs)
+    : team_(team),
       photographer_(photographer),
-      known_(known),
-      ranges_(std::move(photographs)),
-      misfit_(std::move(misfit)),
-      jacobian_(known, facts.channels) {}
+      parts_(parts),
+      all_(std::move(photographs)),
+      channels_(static_cast<int>(all_.misfit.size())) {
+  for (const KnownTransport& part : parts_) jacobians_.emplace_back(part, channels_);
+}
 
 /// variance becomes the weight; 0 where nothing was seen.
 void Polish::weigh(TreePhotograph& photograph) const {
   const std::size_t pixels = photograph.pattern.size();
   for (std::size_t at = 0; at < photograph.mean.size(); ++at)
-    photograph.variance[at] =
-        photograph.valid[at] == 0
-            ? 0
-            : static_cast<float>(1 / (static_cast<double>(photograph.variance[at]) + misfit_[at / pixels]));
+    photograph.variance[at] = photograph.valid[at] == 0
+                                  ? 0
+                                  : static_cast<float>(1 / (static_cast<double>(photograph.variance[at]) +
+                                                            all_.misfit[at / pixels]));
 }
 
-/// Returns φ.
+void Polish::weigh_all(std::span<TreePhotograph> photographs) const {
+  tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) { weigh(photographs[k]); });
+}
+
+/// All photographs, some at a time. If one process cannot read them, none waits for it.
+Result<void> Polish::visit(const Use& use) const {
+  Result<void> all;
+  for (const LogRange& range : all_.ranges) {
+    const Result<void> mine = photographer_.read(range.first, range.last - range.first,
+                                                 [&](std::int64_t, std::span<TreePhotograph> photographs) {
+                                                   if (all) all = team_.all({});
+                                                   if (all) use(photographs);
+                                                 });
+    if (all && !mine) all = team_.all(mine);
+    SYMRIG_CHECK(all);
+  }
+  return {};
+}
+
+/// Returns φ. Every process adds up the same residuals; that of the first part decides.
 Result<double> Polish::visit_residuals(const UseResiduals& use) const {
   double total = 0;
-  for (const LogRange& range : ranges_)
-    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
-                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
-                                      known_.subtract_from(photographs);
-                                      tbb::parallel_for(std::size_t{0}, photographs.size(),
-                                                        [&](std::size_t k) { weigh(photographs[k]); });
-                                      total += misfit_of(photographs);
-                                      use(photographs);
-                                    }));
-  return total;
+  const double most = this->most(nullptr);
+  SYMRIG_CHECK(visit([&](std::span<TreePhotograph> photographs) {
+    subtract(photographs, most);
+    weigh_all(photographs);
+    total += misfit_of(photographs);
+    use(photographs);
+  }));
+  std::array<double, 1> decided{team_.first() == 0 ? total : 0};
+  team_.add_up(decided);
+  return decided[0];
 }
 
 bool Polish::keeps() const {
   std::int64_t photographs = 0;
-  for (const LogRange& range : ranges_) photographs += range.last - range.first;
-  const std::int64_t values = (1 + facts_.channels) * facts_.tree.grid().size();
+  for (const LogRange& range : all_.ranges) photographs += range.last - range.first;
+  const std::int64_t values = (1 + channels_) * static_cast<std::int64_t>(all_.pixels);
   return photographs * values * static_cast<std::int64_t>(sizeof(float)) <= kKeptBytes;
 }
 
+/// Added up in the order of all parts, on all processes.
+double Polish::sum_of_parts(const std::vector<double>& mine) const {
+  std::vector<double> all(team_.parts());
+  std::copy(mine.begin(), mine.end(), all.begin() + static_cast<std::ptrdiff_t>(team_.first()));
+  team_.add_up(all);
+  return std::accumulate(all.begin(), all.end(), 0.0);
+}
+
+double Polish::inner(const Numbers& a, const Numbers& b) const {
+  std::vector<double> mine(parts_.size());
+  for (std::size_t part = 0; part < mine.size(); ++part) mine[part] = inner_of(a[part], b[part]);
+  return sum_of_parts(mine);
+}
+
+/// Bounds T p, or J direction, for ExactSums.
+double Polish::most(const Numbers* direction) const {
+  if (!dealt()) return 0;
+  std::vector<double> mine(parts_.size());
+  tbb::parallel_for(std::size_t{0}, mine.size(), [&](std::size_t part) {
+    mine[part] = direction == nullptr ? most_light(parts_[part], channels_, all_.pixels)
+                                      : most_change(parts_[part], channels_, all_.pixels, (*direction)[part]);
+  });
+  return sum_of_parts(mine);
+}
+
+/// mean −= T pattern.
+void Polish::subtract(std::span<TreePhotograph> photographs, double most) const {
+  if (!dealt()) return parts_[0].subtract_from(photographs);
+  const ExactSums exact(most);
+  const std::size_t samples = photographs[0].mean.size();
+  PagedVector<double> light(photographs.size() * samples);
+  std::vector<PagedVector<float>> means(photographs.size());
+  for (const KnownTransport& part : parts_) {
+    for (PagedVector<float>& mean : means) mean.assign(samples, 0.0F);
+    swap_means(photographs, means);
+    part.subtract_from(photographs);
+    swap_means(photographs, means);
+    for (std::size_t k = 0; k < means.size(); ++k) add_rounded(exact, means[k], light.data() + k * samples);
+  }
+  team_.add_up({light.data(), light.size()});
+  tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+    for (std::size_t at = 0; at < samples; ++at)
+      photographs[k].mean[at] += static_cast<float>(light[k * samples + at]);
+  });
+}
+
+/// W J direction for each batch.
+Polish::Samples Polish::image(std::span<const PolishBatch> batches, const Tangents& direction,
+                              double most) const {
+  if (!dealt()) return jacobians_[0].image(batches, direction[0]);
+  const ExactSums exact(most);
+  const std::size_t samples = batches[0].weight.size();
+  PagedVector<double> light(batches.size() * samples);
+  Samples images;
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    images = jacobians_[part].response(batches, direction[part]);
+    for (std::size_t k = 0; k < images.size(); ++k) add_rounded(exact, images[k], light.data() + k * samples);
+  }
+  team_.add_up({light.data(), light.size()});
+  for (std::size_t k = 0; k < images.size(); ++k)
+    in_blocks(samples, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t at = begin; at < end; ++at)
+        images[k][at] = static_cast<float>(light[k * samples + at]);
+    });
+  acquisition::weigh(batches, images);
+  return images;
+}
+
 Result<void> Polish::curved(const Numbers& direction, Numbers& sum) const {
-  sum.assign(direction.size(), 0);
-  const PolishJacobian::Tangents tangents = jacobian_.tangents(direction);
+  SYMRIG_CHECK(team_.all({}));
+  sum = zeros();
+  const double most = this->most(&direction);
+  Tangents tangents;
+  for (std::size_t part = 0; part < parts_.size(); ++part)
+    tangents.push_back(jacobians_[part].tangents(direction[part]));
   const auto add = [&](std::span<const PolishBatch> batches) {
-    jacobian_.gather(batches, jacobian_.image(batches, tangents), sum);
+    const Samples images = image(batches, tangents, most);
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      jacobians_[part].gather(batches, images, sum[part]);
   };
   for (std::size_t first = 0; first < kept_.size(); first += kGroup)
     add(std::span(kept_).subspan(first, std::min(kGroup, kept_.size() - first)));
   if (!kept_.empty()) return {};
-  for (const LogRange& range : ranges_)
-    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
-                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
-                                      tbb::parallel_for(std::size_t{0}, photographs.size(),
-                                                        [&](std::size_t k) { weigh(photographs[k]); });
-                                      std::vector<PolishBatch> batches;
-                                      for (const auto& batch : batches_of(photographs))
-                                        batches.emplace_back(batch);
-                                      add(batches);
-                                    }));
-  return {};
+  return visit([&](std::span<TreePhotograph> photographs) {
+    weigh_all(photographs);
+    std::vector<PolishBatch> batches;
+    for (const auto& batch : batches_of(photographs)) batches.emplace_back(batch);
+    add(batches);
+  });
 }
 
 /// (Jᵀ W J + damping) move = residual, approximately.
 Result<Polish::Numbers> Polish::solve(Numbers residual, const Numbers& diagonal, int steps) const {
-  Numbers move(residual.size());
-  Numbers direction(residual.size());
+  Numbers move = zeros();
+  Numbers direction = zeros();
   precondition(residual, diagonal, direction);
   Numbers along;  // then z, the preconditioned residual
   double rho = inner(residual, direction);
   for (int k = 0; k < steps && rho > 0; ++k) {
     SYMRIG_CHECK(curved(direction, along));
-    in_blocks(along.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t n = begin; n < end; ++n) along[n] += kDamping * diagonal[n] * direction[n];
-    });
+    for (std::size_t part = 0; part < along.size(); ++part)
+      in_blocks(along[part].size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n)
+          along[part][n] += kDamping * diagonal[part][n] * direction[part][n];
+      });
     const double curvature = inner(direction, along);
     if (curvature <= 0) break;
     const auto length = static_cast<float>(rho / curvature);
@@ -180,10 +309,14 @@ Result<Polish::Numbers> Polish::solve(Numbers residual, const Numbers& diagonal,
 
 /// Brings each leaf's move within reach; both its factors move by the same share of what was solved for.
 void Polish::shorten(Numbers& move) const {
-  const float* const value = known_.factors().data();
-  for (const KnownLeaf& leaf : known_.leaves()) {
+  for (std::size_t part = 0; part < move.size(); ++part) shorten_part(parts_[part], move[part]);
+}
+
+void Polish::shorten_part(const KnownTransport& known, PolishNumbers& move) const {
+  const float* const value = known.factors().data();
+  for (const KnownLeaf& leaf : known.leaves()) {
     if (!polished(leaf)) continue;
-    for (std::size_t channel = 0; channel < static_cast<std::size_t>(facts_.channels); ++channel) {
+    for (std::size_t channel = 0; channel < static_cast<std::size_t>(channels_); ++channel) {
       const LeafNumbers at = numbers_of(leaf, channel);
       const auto share = static_cast<float>(std::min(within_reach(value + at.a, &move[at.a], at.rows),
                                                      within_reach(value + at.b, &move[at.b], at.cols)));
@@ -192,20 +325,25 @@ void Polish::shorten(Numbers& move) const {
   }
 }
 
-Polish::Numbers Polish::numbers() const {
-  Numbers all(known_.factors().begin(), known_.factors().end());
-  all.append(known_.scalar_values().begin(), known_.scalar_values().end());
+Polish::Numbers Polish::zeros() const {
+  Numbers all;
+  for (const KnownTransport& part : parts_)
+    all.emplace_back(part.factors().size() + part.scalar_values().size());
   return all;
 }
 
 /// Halves the move until φ falls; if it does not, nothing moves.
 Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
-  const Numbers start = numbers();
+  Numbers start;
+  for (const KnownTransport& part : parts_) start.push_back(numbers_of(part));
   const auto set = [&](float share) {
-    const std::span<float> factors = known_.change_factors();
-    const std::span<float> scalars = known_.change_scalar_values();
-    for (std::size_t n = 0; n < start.size(); ++n)
-      (n < factors.size() ? factors[n] : scalars[n - factors.size()]) = start[n] + share * move[n];
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      const std::span<float> factors = parts_[part].change_factors();
+      const std::span<float> scalars = parts_[part].change_scalar_values();
+      for (std::size_t n = 0; n < start[part].size(); ++n)
+        (n < factors.size() ? factors[n] : scalars[n - factors.size()]) =
+            start[part][n] + share * move[part][n];
+    }
   };
   constexpr int kHalvings = 4;
   for (int halvings = 0; halvings <= kHalvings; ++halvings) {
@@ -222,21 +360,22 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
 }
 
 Result<Polish::Outcome> Polish::step(int steps) {
-  Numbers residual(numbers().size());
-  Numbers diagonal(residual.size());
+  Numbers residual = zeros();
+  Numbers diagonal = zeros();
   const bool keep = keeps();
   kept_.clear();
   SYMRIG_TRY(const double before, visit_residuals([&](std::span<TreePhotograph> photographs) {
                std::vector<PolishBatch> batches;
-               std::vector<PolishSamples> samples;
+               Samples samples;
                for (const auto& batch : batches_of(photographs)) {
                  batches.emplace_back(batch);
                  samples.push_back(means_of(batch));
-                 PolishSamples& e = samples.back();
-                 for (std::size_t s = 0; s < e.size(); ++s) e[s] *= batches.back().weight[s];
                }
-               jacobian_.gather(batches, samples, residual);
-               jacobian_.add_diagonal(batches, diagonal);
+               acquisition::weigh(batches, samples);
+               for (std::size_t part = 0; part < parts_.size(); ++part) {
+                 jacobians_[part].gather(batches, samples, residual[part]);
+                 jacobians_[part].add_diagonal(batches, diagonal[part]);
+               }
                if (keep) std::move(batches.begin(), batches.end(), std::back_inserter(kept_));
              }));
   SYMRIG_TRY(Numbers move, solve(std::move(residual), diagonal, steps));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/refine/polish_jacobian.hpp"
+#include "acquisition/refine/polish_team.hpp"
 #include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "acquisition/search/scene_facts.hpp"
@@ -26,40 +27,67 @@ namespace symrig::acquisition {
 /// Memory: eight numbers for each one stored, 64 photographs, and 8 bytes a sample of all photographs where
 /// these fit (kKeptBytes). Where they do not fit, they are read again and again. Time: a step goes through
 /// the photographs steps + 2 times. Bit-equal for any number of threads.
+///
+/// T may be dealt (PolishTeam). Leaves meet only in photographs: each process adds up the light of its parts,
+/// the sum over the processes is one picture a photograph and pass, and all else concerns one leaf. Every
+/// part adds up its own light in floats. Sums over parts are exact (ExactSums), and sums over numbers go part
+/// by part. So the result depends on the parts, and not on how many processes have them. Memory then: 8 bytes
+/// more for each sample of 64 photographs, and the numbers of the parts here only.
 class Polish {
  public:
   /// misfit: mean square a sample may miss, a channel.
   Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
          std::vector<LogRange> photographs, std::vector<double> misfit);
+  /// parts: those of T that this process has. pixels: of the grid. All must outlive this.
+  struct Photographs {
+    std::size_t pixels;
+    std::vector<LogRange> ranges;
+    std::vector<double> misfit;  ///< one a channel
+  };
+  Polish(const PolishTeam& team, std::span<KnownTransport> parts, const Photographer& photographer,
+         Photographs photographs);
 
   /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
-  /// fails: as PhotographLog; interrupted. The known transport is changed only when the step is complete.
+  /// fails: as PhotographLog and PolishTeam::all; interrupted. The known transport is changed only when the
+  /// step is complete.
   struct Outcome {
     double before = 0, after = 0;
   };
   Result<Outcome> step(int steps);
 
  private:
-  using Numbers = PolishNumbers;
+  using Numbers = std::vector<PolishNumbers>;  ///< of each part
+  using Samples = std::vector<PolishSamples>;  ///< of each batch
+  using Tangents = std::vector<PolishJacobian::Tangents>;
   /// residuals: mean = what is left of the photograph, variance = its weight.
   using UseResiduals = std::function<void(std::span<TreePhotograph> residuals)>;
+  using Use = std::function<void(std::span<TreePhotograph> photographs)>;
+  Result<void> visit(const Use& use) const;
   Result<double> visit_residuals(const UseResiduals& use) const;
+  void weigh_all(std::span<TreePhotograph> photographs) const;
   void weigh(TreePhotograph& photograph) const;
   bool keeps() const;
+  bool dealt() const { return team_.parts() > 1; }
+  double sum_of_parts(const std::vector<double>& mine) const;
+  double inner(const Numbers& a, const Numbers& b) const;
+  void subtract(std::span<TreePhotograph> photographs, double most) const;
+  Samples image(std::span<const PolishBatch> batches, const Tangents& direction, double most) const;
+  double most(const Numbers* direction) const;
   /// sum = Σ over batches of Jᵀ W J direction.
   Result<void> curved(const Numbers& direction, Numbers& sum) const;
   Result<Numbers> solve(Numbers residual, const Numbers& diagonal, int steps) const;
   void shorten(Numbers& move) const;
+  void shorten_part(const KnownTransport& known, PolishNumbers& move) const;
   Result<Outcome> move_along(const Numbers& move, double before);
-  Numbers numbers() const;
+  Numbers zeros() const;
 
-  const SceneFacts& facts_;
+  const PolishTeam& team_;
   const Photographer& photographer_;
-  KnownTransport& known_;
-  std::vector<LogRange> ranges_;
-  std::vector<double> misfit_;
-  PolishJacobian jacobian_;
-  std::vector<PolishBatch> kept_;  ///< all photographs, or none if they do not fit
+  std::span<KnownTransport> parts_;
+  Photographs all_;
+  int channels_;
+  std::vector<PolishJacobian> jacobians_;  ///< of each part
+  std::vector<PolishBatch> kept_;          ///< all photographs, or none if they do not fit
 };
 
 }  // namespace symrig::acquisition

@@ -110,6 +110,13 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs) {
   return interleave(photographs, &TreePhotograph::mean);
 }
 
+void weigh(std::span<const PolishBatch> batches, std::span<PolishSamples> samples) {
+  tbb::parallel_for(std::size_t{0}, batches.size(), [&](std::size_t k) {
+    const float* const weight = batches[k].weight.data();
+    for (std::size_t s = 0; s < samples[k].size(); ++s) samples[k][s] *= weight[s];
+  });
+}
+
 PolishJacobian::PolishJacobian(const KnownTransport& known, int channels)
     : known_(known), channels_(static_cast<std::size_t>(channels)) {}
 
@@ -174,19 +181,22 @@ void PolishJacobian::image_of(const PolishBatch& batch, std::size_t channel, con
   }
 }
 
-std::vector<PolishSamples> PolishJacobian::image(std::span<const PolishBatch> batches,
-                                                 const Tangents& direction) const {
+std::vector<PolishSamples> PolishJacobian::response(std::span<const PolishBatch> batches,
+                                                    const Tangents& direction) const {
   std::vector<PolishSamples> images(batches.size());
   for (std::size_t k = 0; k < batches.size(); ++k) images[k].resize(batches[k].weight.size());
   tbb::parallel_for(std::size_t{0}, batches.size() * channels_, [&](std::size_t task) {
     const std::size_t k = task / channels_;
     const std::size_t channel = task % channels_;
-    const std::size_t samples = batches[k].pattern.size();
-    float* const y = images[k].data() + channel * samples;
-    const float* const weight = batches[k].weight.data() + channel * samples;
-    image_of(batches[k], channel, direction, y);
-    for (std::size_t s = 0; s < samples; ++s) y[s] *= weight[s];
+    image_of(batches[k], channel, direction, images[k].data() + channel * batches[k].pattern.size());
   });
+  return images;
+}
+
+std::vector<PolishSamples> PolishJacobian::image(std::span<const PolishBatch> batches,
+                                                 const Tangents& direction) const {
+  std::vector<PolishSamples> images = response(batches, direction);
+  weigh(batches, images);
   return images;
 }
 

@@ -37,6 +37,8 @@ struct PolishBatch {
 
 /// Samples of a batch, interleaved as its weights.
 using PolishSamples = PagedVector<float>;
+/// samples *= W, batch by batch.
+void weigh(std::span<const PolishBatch> batches, std::span<PolishSamples> samples);
 /// Their means.
 PolishSamples means_of(std::span<const TreePhotograph> photographs);
 
@@ -52,6 +54,8 @@ class PolishJacobian {
   Tangents tangents(const PolishNumbers& direction) const;
   /// W J direction for each batch.
   std::vector<PolishSamples> image(std::span<const PolishBatch> batches, const Tangents& direction) const;
+  /// J direction for each batch.
+  std::vector<PolishSamples> response(std::span<const PolishBatch> batches, const Tangents& direction) const;
   /// gradient += Jᵀ samples.
   void gather(std::span<const PolishBatch> batches, std::span<const PolishSamples> samples,
               PolishNumbers& gradient) const;
