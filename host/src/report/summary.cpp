@@ -153,7 +153,8 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["error_per_level_uncertainty"] = result.error_per_level_half_width;
   json["noise_check"] = noise_check_json(result.noise_check);
   const GainMismatch& gain = result.gain_mismatch;
-  json["gain_mismatch"] = {{"found", gain.found}, {"rms", gain.rms}, {"sigma", gain.sigma}};
+  json["gain_mismatch"] = {
+      {"found", gain.found}, {"rms", gain.rms}, {"sigma", gain.sigma}, {"shape", gain.shape}};
   json["suspects"] = result.suspects;
   json["search"] = search_json(result);
   json["split"] = name(tensor.camera_tree().split());
