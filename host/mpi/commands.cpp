@@ -9,12 +9,14 @@ constexpr apps::Command kCommands[] = {
     {"evaluate", "Compute the errors of a tensor against the true transport, or against held-out photographs",
      add_evaluate},
     {"solve", "Find the light that makes the scene look as wanted", add_solve},
+    {"polish", "Refit the tensor of a capture to all its photographs", add_polish},
 };
 
 constexpr const char* kFooter =
     "Example:\n"
     "  mpirun -n 2 symrig-mpi relight scene.h5 --lights walk.y4m -o pictures.y4m\n"
     "  mpirun symrig-mpi solve scene.h5 --wanted look.exr -o light.exr\n"
+    "  mpirun -n 2 symrig-mpi polish scene.h5 -o polished.h5\n"
     "\n"
     "Each process reads and applies its share of the scene. Results differ from those of one process only "
     "by rounding.\n"
@@ -26,7 +28,7 @@ constexpr const char* kFooter =
 
 apps::Program mpi_program(void (*prepare)()) {
   return {"symrig-mpi",
-          "relights scenes that are dealt over several processes",
+          "relights and refits scenes that are dealt over several processes",
           "symrig-mpi works on scenes that are dealt over several processes.",
           kFooter,
           kCommands,

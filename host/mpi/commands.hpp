@@ -17,5 +17,6 @@ apps::Program mpi_program(void (*prepare)());
 apps::Job add_relight(CLI::App& command);
 apps::Job add_evaluate(CLI::App& command);
 apps::Job add_solve(CLI::App& command);
+apps::Job add_polish(CLI::App& command);
 
 }  // namespace symrig::mpi

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dealt_transport.hpp"
 
-#include "symrig/base/standard_streams.hpp"
+#include "polish.hpp"
+#include "requests.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -16,12 +17,6 @@ namespace {
 
 /// So many patterns go to the other ranks at once: T is read once for as many.
 constexpr std::size_t kTogether = 16;
-
-/// What the first rank asks of the others.
-struct Request {
-  enum Kind : std::int32_t { open, photographs, adjoint, end } kind;
-  std::int32_t number = 0;  ///< of patterns, or the exit code
-};
 
 /// Pictures of one grid, one after another.
 std::vector<float> joined(std::span<const Image<float>> pictures) {
@@ -85,6 +80,9 @@ class Helper {
         return photographs_of(static_cast<std::size_t>(request.number)).ok();
       case Request::adjoint:
         return adjoint().ok();
+      case Request::polish:
+        help_polish(ranks_, request.number);
+        return true;  // the first rank reports what failed
       case Request::end:
         return true;
     }
@@ -120,26 +118,6 @@ class Helper {
 
   Ranks ranks_;
   TransportTensor tensor_;
-};
-
-/// From a request to the end of its work. Whoever leaves before done(), by an error or an exception, would
-/// leave the other ranks waiting, so it ends them.
-class Together {
- public:
-  Together(const Ranks& ranks, Request request) { ranks.broadcast_value(request); }
-  Together() = default;
-  Together(const Together&) = delete;
-  Together& operator=(const Together&) = delete;
-  ~Together() {
-    if (done_) return;
-    write_standard_error(
-        "symrig-mpi: a rank cannot go on (out of memory?); use more machines or a smaller scene\n");
-    abort_all(exit_code(ErrorCode::limit));
-  }
-  void done() { done_ = true; }
-
- private:
-  bool done_ = false;
 };
 
 }  // namespace

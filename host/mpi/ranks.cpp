@@ -63,6 +63,25 @@ void Ranks::add_up(std::span<double> values) const {
   add_up_values(values, MPI_DOUBLE, first());
 }
 
+void Ranks::add_up_for_all(std::span<double> values) const {
+  for (std::size_t begin = 0; begin < values.size(); begin += kMost)
+    MPI_Allreduce(MPI_IN_PLACE, values.data() + begin,
+                  static_cast<int>(std::min(kMost, values.size() - begin)), MPI_DOUBLE, MPI_SUM,
+                  MPI_COMM_WORLD);
+}
+
+void Ranks::hand_to_first(std::span<float> values, int from) const {
+  if (from == 0 || (rank_ != 0 && rank_ != from)) return;
+  constexpr int kTag = 1;
+  for (std::size_t begin = 0; begin < values.size(); begin += kMost) {
+    const int size = static_cast<int>(std::min(kMost, values.size() - begin));
+    if (rank_ == from)
+      MPI_Send(values.data() + begin, size, MPI_FLOAT, 0, kTag, MPI_COMM_WORLD);
+    else
+      MPI_Recv(values.data() + begin, size, MPI_FLOAT, from, kTag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  }
+}
+
 std::vector<std::uint64_t> Ranks::gather(std::uint64_t value) const {
   std::vector<std::uint64_t> all(first() ? static_cast<std::size_t>(count_) : 0);
   MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);

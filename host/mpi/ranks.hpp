@@ -38,6 +38,12 @@ class Ranks {
   void add_up(std::span<float> values) const;
   void add_up(std::span<double> values) const;
 
+  /// The same sum, on every rank.
+  void add_up_for_all(std::span<double> values) const;
+
+  /// The first rank gets the values that rank `from` has, in place; all others do nothing.
+  void hand_to_first(std::span<float> values, int from) const;
+
   /// What each rank gives, in the order of the ranks; empty on all but the first.
   std::vector<std::uint64_t> gather(std::uint64_t value) const;
 

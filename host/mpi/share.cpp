@@ -53,6 +53,8 @@ class Digest {
   std::uint64_t value_ = 0xcbf29ce484222325ULL;
 };
 
+}  // namespace
+
 /// Two captures differ in their text: it holds their time. Two fits differ in their leaves.
 std::uint64_t identity_of(const StoredScene& scene) {
   Digest digest;
@@ -62,8 +64,6 @@ std::uint64_t identity_of(const StoredScene& scene) {
   digest.add_value(scene.tensor.scalar_count());
   return digest.value();
 }
-
-}  // namespace
 
 std::vector<LeafRange> deal(std::span<const std::int64_t> costs, std::int64_t first, int count) {
   const auto whole = static_cast<double>(std::accumulate(costs.begin(), costs.end(), first));

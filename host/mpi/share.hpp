@@ -32,6 +32,9 @@ struct Share {
   std::uint64_t identity = 0;  ///< of the whole scene: equal on all ranks if they read the same file
 };
 
+/// Of a whole scene: equal for copies of one file, and different for other captures and fits.
+std::uint64_t identity_of(const StoredScene& scene);
+
 /// Reads the share of one rank of `count`. Everything but leaves belongs to the first rank.
 /// fails: as load_scene.
 Result<Share> read_share(const std::filesystem::path& path, int rank, int count);

@@ -3,9 +3,10 @@
 """The command `symrig-mpi` as a person meets it: its files, its messages, its exit codes.
 
 usage: command_test.py MPIRUN SYMRIG SYMRIG-MPI HOWTO
-HOWTO  docs/howto-machines.md, which names every command and every option of `solve`
+HOWTO  docs/howto-machines.md, which names every command, and every option of `solve` and `polish`
 """
 
+import fcntl
 import json
 import os
 import pathlib
@@ -16,10 +17,12 @@ import sys
 import tempfile
 import time
 
+import h5py
 import numpy as np
 
 MPIRUN, SYMRIG, MPI, HOWTO = sys.argv[1:5]
 RIG = "sim:vgroove-textured?size=32x32&noise=off"
+NOISY = "sim:vgroove-textured?size=64x64"
 # Of float sums: all pixels of a leaf, all leaves on a pixel's path, four ranks (DealtTransport). The factors of this scene are
 # not negative but for rounding, so the sums of magnitudes are the photograph itself. Both sides round.
 ROUNDING = 2 * (32 * 32 + 200 + 4 + 4) * 2.0**-24
@@ -107,13 +110,93 @@ def test_solve(folder):
 def test_the_page_names_every_command_and_option(folder):
     page = pathlib.Path(HOWTO).read_text(encoding="utf-8")
     commands = re.findall(r"^  ([a-z]+) {2,}", run(MPI, "--help", folder=folder).stdout, re.MULTILINE)
-    assert set(commands) >= {"relight", "evaluate", "solve"}
+    assert set(commands) >= {"relight", "evaluate", "solve", "polish"}
     for command in commands:
         assert f"symrig-mpi {command} " in page, command
     options = set(re.findall(r"--[a-z]+", run(MPI, "solve", "--help", folder=folder).stdout)) - {"--help", "--output"}
     assert options == {"--wanted", "--most", "--tolerance", "--applications", "--json"}
     for option in options:
         assert f"| `{option} " in page, option
+    options = set(re.findall(r"--[a-z]+", run(MPI, "polish", "--help", folder=folder).stdout))
+    options -= {"--help", "--output", "--rig", "--polish", "--keep"}  # the last three are capture's, in the example
+    assert options == {"--log", "--steps", "--json"}
+    for option in options:
+        assert f"| `{option} " in page, option
+
+
+def errors_of(path):
+    with h5py.File(path) as scene:
+        return json.loads(scene.attrs["capture"])["estimated_error"]
+
+
+def content(path):
+    """Every bit that a scene file holds. HDF5 adds the time at which it was written."""
+    found = {}
+    with h5py.File(path) as scene:
+        found.update({f"@{key}": np.asarray(value).tobytes() for key, value in scene.attrs.items()})
+        scene.visititems(lambda name, one: found.update({name: one[()].tobytes()} if isinstance(one, h5py.Dataset) else {}))
+    assert len(found) > 30
+    return found
+
+
+def test_polish(folder):
+    """Any number of ranks writes the same numbers. Its errors are about those of a capture that has polished itself."""
+    told = {}
+    for count in (1, 2, 3, 4):
+        done = ranks(count, "polish", "rough.h5", "-o", f"polished-{count}.h5", "--json", "polished.json", folder=folder)
+        told[count] = json.loads((folder / "polished.json").read_text())
+        assert told[count]["ranks"] == count and f"polished-{count}.h5: refitted to " in done.stdout
+        assert content(folder / f"polished-{count}.h5") == content(folder / "polished-1.h5"), count
+    polish = told[1]["polish"]
+    assert polish["steps"] == 2 and polish["misfit"]["after"] < polish["misfit"]["before"]
+    run(SYMRIG, "relight", "polished-2.h5", "--light", "letters", "-o", "relit.pfm", folder=folder)
+    alone = run(MPI, "polish", "rough.h5", "-o", "alone.h5", folder=folder)
+    assert content(folder / "alone.h5") == content(folder / "polished-1.h5"), alone.stdout
+    # The capture polishes before leaves are merged and rounded, so the two differ. Both are far below what was not polished.
+    run(SYMRIG, "capture", "--rig", NOISY, "--polish", "2", "-o", "capture.h5", folder=folder)
+    rig = ("--rig", NOISY, "--json", "true.json")
+    true = {}
+    for name in ("rough", "polished-1", "capture"):
+        run(SYMRIG, "evaluate", f"{name}.h5", *rig, folder=folder)
+        true[name] = json.loads((folder / "true.json").read_text())["error"]["indirect"]
+    gained = true["rough"] - true["capture"]
+    assert gained > 0.05 * true["rough"], true
+    assert true["rough"] - true["polished-1"] > gained / 2, true
+    # What is stated is estimated anew.
+    assert errors_of(folder / "polished-1.h5") == told[1]["estimated_error"] != errors_of(folder / "rough.h5")
+
+
+def test_polish_refuses_in_one_line(folder):
+    (folder / "elsewhere-log").mkdir()
+    run(SYMRIG, "capture", "--rig", NOISY + "&seed=5", "--keep-log", "-o", "elsewhere-log/rough.h5", folder=folder)
+    before = set(os.listdir(folder))
+    for code, text, *call in [
+        (4, "scene.h5.log: no such file", "scene.h5"),
+        (4, "no such file", "none.h5", "--log", "rough.h5.log"),
+        (4, "is not the log of rough.h5", "rough.h5", "--log", "elsewhere-log/rough.h5.log"),
+        (4, "is not a photograph log", "rough.h5", "--log", "whole.pfm"),
+        (2, "0 is not a number of steps", "rough.h5", "--steps", "0"),
+        (2, "--stps", "rough.h5", "--stps", "1"),
+    ]:
+        done = ranks(3, "polish", *call, "-o", "no.h5", folder=folder, code=code)
+        assert len(ours(done.stderr)) == 1 and text in done.stderr, done.stderr
+        assert done.stdout == ""
+    done = ranks(3, "polish", "rough.h5", "-o", "rough.h5", folder=folder, code=2)
+    assert len(ours(done.stderr)) == 1, done.stderr
+    # One rank has another scene under this name, with its log.
+    words = (MPI, "polish", "rough.h5", "-o", "no.h5")
+    done = run(MPIRUN, "-n", 1, *words, ":", "-n", 1, "--wdir", "elsewhere-log", *words, folder=folder, code=4)
+    assert len(ours(done.stderr)) == 1 and "different scenes or logs" in done.stderr, done.stderr
+    assert set(os.listdir(folder)) == before
+
+
+def test_polish_refuses_a_log_that_is_written(folder):
+    """As a capture has it: locked for itself."""
+    with open(folder / "rough.h5.log", "r+b") as log:
+        fcntl.flock(log, fcntl.LOCK_EX)
+        done = ranks(2, "polish", "rough.h5", "-o", "no.h5", folder=folder, code=4)
+    assert len(ours(done.stderr)) == 1 and "another process is writing to it" in done.stderr, done.stderr
+    assert not (folder / "no.h5").exists()
 
 
 def test_one_line_for_bad_input(folder):
@@ -172,6 +255,18 @@ def children(process):
     return [found[rank] for rank in sorted(found)]
 
 
+def polishing(process):
+    """Every rank has the log open: the polish has begun."""
+    def has_the_log(pid):
+        try:
+            return any(os.readlink(fd).endswith(".h5.log") for fd in pathlib.Path(f"/proc/{pid}/fd").iterdir())
+        except OSError:
+            return False
+
+    found = children(process)
+    return len(found) == 3 and all(has_the_log(pid) for pid in found)
+
+
 def test_a_rank_that_is_killed(folder):
     """The others end with a line each, and no picture is half-written."""
     many = folder / "many"
@@ -196,10 +291,28 @@ def test_a_rank_that_is_killed(folder):
         assert {picture.stat().st_size for picture in pictures} == {(folder / "whole.pfm").stat().st_size}
 
 
+def test_a_rank_that_is_killed_while_it_polishes(folder):
+    """The others end with a line each, and there is no file."""
+    before = set(os.listdir(folder))
+    for victim in (2, 0):
+        call = [MPIRUN, "-n", "3", MPI, "polish", "rough.h5", "--steps", "20", "-o", "no.h5"]
+        with subprocess.Popen(call, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+            while process.poll() is None and not polishing(process):
+                time.sleep(0.01)
+            assert process.poll() is None, "it ended before it could be killed"
+            os.kill(children(process)[victim], signal.SIGKILL)
+            stdout, stderr = process.communicate(timeout=120)
+        assert process.returncode != 0 and stdout == ""
+        lines = ours(stderr)
+        assert len(lines) == 2 and all("another rank died" in line for line in lines), stderr
+    assert set(os.listdir(folder)) == before
+
+
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         run(SYMRIG, "capture", "--rig", RIG, "-o", "scene.h5", folder=folder)
+        run(SYMRIG, "capture", "--rig", NOISY, "--polish", "0", "--keep-log", "-o", "rough.h5", folder=folder)
         for test in [value for key, value in globals().items() if key.startswith("test_")]:
             print(test.__name__, flush=True)
             test(folder)
