@@ -38,14 +38,6 @@ std::optional<std::string> unknown_command(const Program& program, int argc, cha
   return argv[1];
 }
 
-/// Photographs are allocated and freed in batches. Returning their memory to the system each time takes
-/// longer than merging them (docs/benchmarks.md).
-void keep_freed_memory() {
-  mallopt(M_MMAP_THRESHOLD, 1 << 30);
-  mallopt(M_TRIM_THRESHOLD, 2'000'000'000);
-  mallopt(M_ARENA_MAX, 1);
-}
-
 int usage_error(std::string_view command, const std::string& line) {
   print_error(command, line);
   return kUsage;
@@ -103,6 +95,12 @@ int run(const Program& program, int argc, char** argv) {
 }
 
 }  // namespace
+
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 2'000'000'000);
+  mallopt(M_ARENA_MAX, 1);
+}
 
 const std::string& program_name() {
   return running_program();

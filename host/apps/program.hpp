@@ -31,6 +31,11 @@ std::vector<Job> declare(CLI::App& app, const Program& program);
 /// calls it once.
 int run_program(const Program& program, int argc, char** argv);
 
+/// From now on this process keeps the memory that it frees. Photographs are allocated and freed in batches.
+/// Returning their memory to the system each time takes longer than merging them (docs/benchmarks.md).
+/// run_program() calls it.
+void keep_freed_memory();
+
 /// The name of the program that runs, for messages; "symrig" before run_program().
 const std::string& program_name();
 

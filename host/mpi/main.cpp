@@ -45,6 +45,7 @@ void end_on_stop() {
 int run_job(const Ranks& ranks, int argc, char** argv) {
   if (!ranks.first()) {
     end_on_stop();
+    apps::keep_freed_memory();  // the first rank's run_program() does so there
     return help(ranks);
   }
   const int code = apps::run_program(mpi_program(end_on_stop), argc, argv);
