@@ -81,7 +81,7 @@ class Helper {
       case Request::adjoint:
         return adjoint().ok();
       case Request::polish:
-        help_polish(ranks_, request.number);
+        help_polish(ranks_);
         return true;  // the first rank reports what failed
       case Request::end:
         return true;

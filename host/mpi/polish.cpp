@@ -150,6 +150,7 @@ Result<void> estimate(const Opened& opened, const Photographer& photographer, Po
   Json facts = Json::parse(opened.scene.capture_json);
   state_errors(result, facts);
   facts["polish"] = {{"steps", polished.steps},
+                     {"parts", polished.parts},
                      {"misfit", {{"before", polished.before}, {"after", polished.after}}}};
   polished.scene.capture_json = report::json_text(facts);
   polished.errors = {*result.estimated, result.estimated_half_width, result.estimate_not_given};
@@ -162,19 +163,41 @@ Result<Polished> polish_here(const Ranks& ranks, const PolishJob& job, const Pro
   SYMRIG_CHECK(ranks.all(opened ? Result<void>() : Result<void>(opened.error())));
   SYMRIG_CHECK(check_same(ranks, job, *opened));
   const TransportTensor& whole = opened->scene.tensor;
-  SYMRIG_TRY(const PolishParts parts, PolishParts::of(whole, ranks.count()));
+  SYMRIG_TRY(const PolishParts parts, PolishParts::of(whole, ranks.count(), job.parts));
   Result<std::vector<KnownTransport>> mine = parts.read(whole, ranks.rank());
   SYMRIG_CHECK(ranks.all(mine ? Result<void>() : Result<void>(mine.error())));
   const RankTeam team(ranks, parts, progress);
   EndedRig rig(*opened->photographs.log);
   const Photographer photographer(rig, opened->photographs.log.get(), whole.camera_tree(), {});
   SYMRIG_TRY(Polished polished, refit(team, *mine, *opened, photographer, job.steps));
+  polished.parts = job.parts;
   polished.scene.tensor = gather(ranks, parts, *mine, whole);
   if (ranks.first()) {
     polished.scene.held_out = opened->scene.held_out;
     SYMRIG_CHECK(estimate(*opened, photographer, polished));
   }
   return polished;
+}
+
+Result<void> check(const Ranks& ranks, const PolishJob& job) {
+  constexpr int kMostSteps = 20;  // as of a capture
+  constexpr int kMostParts = 1000;
+  if (job.steps < 1 || job.steps > kMostSteps)
+    return Error{ErrorCode::bad_argument, fmt::format("{} is not a number of steps", job.steps),
+                 fmt::format("give 1 to {}", kMostSteps)};
+  if (job.parts < ranks.count() || job.parts > kMostParts)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{} parts cannot be dealt to {} ranks", job.parts, ranks.count()),
+                 fmt::format("give one part a rank or more, at most {}", kMostParts)};
+  return {};
+}
+
+/// To all ranks.
+void hand_out(const Ranks& ranks, PolishJob& job) {
+  ranks.broadcast_text(job.scene);
+  ranks.broadcast_text(job.log);
+  ranks.broadcast_value(job.steps);
+  ranks.broadcast_value(job.parts);
 }
 
 }  // namespace
@@ -187,23 +210,19 @@ Result<void> RankTeam::all(const Result<void>& mine) const {
 }
 
 Result<Polished> polish(const Ranks& ranks, const PolishJob& job, const Progress& progress) {
-  constexpr int kMost = 20;  // as of a capture
-  if (job.steps < 1 || job.steps > kMost)
-    return Error{ErrorCode::bad_argument, fmt::format("{} is not a number of steps", job.steps),
-                 fmt::format("give 1 to {}", kMost)};
   PolishJob sent = job;
-  Together polishing(ranks, {Request::polish, job.steps});
-  ranks.broadcast_text(sent.scene);
-  ranks.broadcast_text(sent.log);
+  if (sent.parts == 0) sent.parts = ranks.count();
+  SYMRIG_CHECK(check(ranks, sent));
+  Together polishing(ranks, {Request::polish});
+  hand_out(ranks, sent);
   Result<Polished> polished = polish_here(ranks, sent, progress);
   polishing.done();
   return polished;
 }
 
-void help_polish(const Ranks& ranks, int steps) {
-  PolishJob job{.scene = {}, .log = {}, .steps = steps};
-  ranks.broadcast_text(job.scene);
-  ranks.broadcast_text(job.log);
+void help_polish(const Ranks& ranks) {
+  PolishJob job;
+  hand_out(ranks, job);
   static_cast<void>(polish_here(ranks, job, {}));  // the first rank reports what failed
 }
 

@@ -66,19 +66,19 @@ std::vector<std::int64_t> costs_to_polish(const TransportTensor& whole) {
 
 }  // namespace
 
-Result<PolishParts> PolishParts::of(const TransportTensor& whole, int ranks) {
+Result<PolishParts> PolishParts::of(const TransportTensor& whole, int ranks, int parts) {
   SYMRIG_CHECK(check_polishable(whole));
-  PolishParts parts(ranks, whole.channels());
-  parts.at_ = whole.scalars();
-  parts.values_ = whole.scalar_values();
-  parts.band_begin_ = parts.at_.size();
-  parts.add_band(whole);
-  const std::size_t count = std::max(kParts, static_cast<std::size_t>(ranks));
-  parts.leaves_ = deal(costs_to_polish(whole), 0, static_cast<int>(count));
+  PolishParts dealt(ranks, whole.channels());
+  dealt.at_ = whole.scalars();
+  dealt.values_ = whole.scalar_values();
+  dealt.band_begin_ = dealt.at_.size();
+  dealt.add_band(whole);
+  dealt.leaves_ = deal(costs_to_polish(whole), 0, parts);
+  const auto count = static_cast<std::size_t>(parts);
   for (std::size_t part = 0; part < count; ++part)
-    parts.entries_.push_back(
-        {begin_of(parts.at_.size(), part, count), begin_of(parts.at_.size(), part + 1, count)});
-  return parts;
+    dealt.entries_.push_back(
+        {begin_of(dealt.at_.size(), part, count), begin_of(dealt.at_.size(), part + 1, count)});
+  return dealt;
 }
 
 /// An entry of the band that is 0 was never measured.

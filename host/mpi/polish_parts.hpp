@@ -13,14 +13,13 @@
 namespace symrig::mpi {
 
 /// T as a polish deals it: leaves in parts of about equal cost, and single entries in parts of equal number.
-/// The parts do not depend on the ranks, up to kParts of them: so neither does the result.
+/// The result depends on how many parts there are, and not on how many ranks have them. A part costs a pass
+/// over all samples, so as many as ranks are fastest.
 class PolishParts {
  public:
-  /// 1, 2, 3, 4, 6 and 12 ranks have equally many parts each.
-  static constexpr std::size_t kParts = 12;
-
+  /// parts: at least as many as ranks.
   /// fails: bad_value (T is not symmetric, or was measured column by column).
-  static Result<PolishParts> of(const TransportTensor& whole, int ranks);
+  static Result<PolishParts> of(const TransportTensor& whole, int ranks, int parts);
 
   std::size_t count() const { return leaves_.size(); }
   /// Parts [begin, end) of a rank. Each rank has one at least.

@@ -12,6 +12,7 @@
 #include "symrig/job/capture_job.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -28,8 +29,8 @@ using mpi::PolishParts;
 using mpi::Ranks;
 
 /// All ranks' parts, one rank after the other.
-TransportTensor dealt_and_joined(const TransportTensor& whole, int ranks) {
-  const PolishParts parts = *PolishParts::of(whole, ranks);
+TransportTensor dealt_and_joined(const TransportTensor& whole, int ranks, int count) {
+  const PolishParts parts = *PolishParts::of(whole, ranks, count);
   PolishParts::Assembly assembly(parts, whole);
   std::size_t part = 0;
   for (int rank = 0; rank < ranks; ++rank) {
@@ -52,7 +53,7 @@ TEST(PolishParts, joined_again_are_the_tensor_as_it_was) {
       const auto made =
           tests::RandomTensor(Grid{9, 7}, Grid{9, 7}, true, channels, 8).with_band(true).make(2, 3, 30);
       const TransportTensor& whole = made.tensor;
-      const TransportTensor joined = dealt_and_joined(whole, ranks);
+      const TransportTensor joined = dealt_and_joined(whole, ranks, std::max(ranks, 12));
       EXPECT_EQ(*joined.factors(), *whole.factors());
       EXPECT_EQ(joined.scalar_values(), whole.scalar_values());
       ASSERT_EQ(joined.bands().size(), 1U);
@@ -77,7 +78,7 @@ TEST(PolishParts, hold_the_same_light_as_the_tensor) {
   dark[0].pattern.resize(pixels);
   tree.to_tree(light.plane(0), dark[0].pattern);
   dark[0].mean.resize(2 * pixels);
-  const PolishParts parts = *PolishParts::of(made.tensor, 1);
+  const PolishParts parts = *PolishParts::of(made.tensor, 1, 12);
   const auto all = parts.read(made.tensor, 0);
   for (const auto& known : *all) known.subtract_from(dark);
   for (int channel = 0; channel < 2; ++channel)
@@ -91,7 +92,7 @@ TEST(PolishParts, hold_the_same_light_as_the_tensor) {
 
 TEST(PolishParts, of_what_no_search_makes_are_refused) {
   const auto made = tests::RandomTensor(Grid{4, 4}, Grid{5, 3}, false, 1, 4).make(1, 1, 3);
-  const auto parts = PolishParts::of(made.tensor, 2);
+  const auto parts = PolishParts::of(made.tensor, 2, 2);
   ASSERT_FALSE(parts);
   EXPECT_EQ(parts.error().code, ErrorCode::bad_value);
 }
@@ -193,6 +194,10 @@ TEST_F(PolishOfACapture, of_another_log_is_refused_and_the_ranks_go_on) {
   expect_refused(job("none.h5"), ErrorCode::not_found, "none.h5");
   expect_refused(job("scene.h5", "scene.h5"), ErrorCode::bad_format, "not a photograph log");
   expect_refused({.scene = job().scene, .log = job().log, .steps = 0}, ErrorCode::bad_argument, "steps");
+  for (const int parts : {-1, Ranks::world().count() - 1, 1001})
+    if (parts != 0)
+      expect_refused({.scene = job().scene, .log = job().log, .parts = parts}, ErrorCode::bad_argument,
+                     "parts");
   StoredScene without = *load_scene(job().scene);
   without.held_out.clear();
   ASSERT_OK(save_scene(*scratch_ / "without.h5", without));

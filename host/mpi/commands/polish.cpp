@@ -85,8 +85,12 @@ apps::Job add_polish(CLI::App& command) {
       ->type_name("scene.h5.log");
   command.add_option("--steps", arguments->job.steps, "Gauss-Newton steps at most, 1 to 20 (default: 2)")
       ->type_name("N");
+  command
+      .add_option("--parts", arguments->job.parts,
+                  "Parts of T; equal parts give equal bits, whatever the ranks (default: one a rank)")
+      ->type_name("N");
   apps::add_json(command, arguments->json);
-  apps::takes_number<int>(command.get_option("--steps"));
+  for (const char* option : {"--steps", "--parts"}) apps::takes_number<int>(command.get_option(option));
   command.footer(
       std::string(
           "Example:\n"
@@ -98,8 +102,11 @@ apps::Job add_polish(CLI::App& command) {
           "does at its end. It stops earlier when a step gains nothing. Then it estimates the errors "
           "anew, from the\n"
           "held-out photographs.\n"
-          "Each process holds its share of T and reads the whole log. Up to 12 processes write the "
-          "same numbers, bit for bit.\n"
+          "Each process holds its share of T and reads the whole log. Results of different numbers of parts "
+          "differ by rounding\n"
+          "only. With the same --parts, any number of processes up to it writes the same numbers, bit for "
+          "bit; more parts\n"
+          "take more time.\n"
           "\n") +
       apps::kExitCodes);
   return [arguments] { return run(*arguments); };

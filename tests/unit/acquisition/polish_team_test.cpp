@@ -393,7 +393,8 @@ TEST_F(PolishTeamTest, most_change_bounds_the_image_of_a_direction) {
   const PolishJacobian jacobian(bench_.known, 1);
   const auto largest = [&](const PolishNumbers& along) {
     float found = 0;
-    const std::vector<PolishSamples> seen = jacobian.response(batch, jacobian.tangents(along));
+    std::vector<PolishSamples> seen;
+    jacobian.respond(batch, jacobian.tangents(along), seen);
     for (const float v : seen[0]) found = std::max(found, std::abs(v));
     return static_cast<double>(found);
   };

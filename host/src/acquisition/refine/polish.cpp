@@ -244,7 +244,7 @@ Polish::Samples Polish::image(std::span<const PolishBatch> batches, const Tangen
   PagedVector<double> light(batches.size() * samples);
   Samples images;
   for (std::size_t part = 0; part < parts_.size(); ++part) {
-    images = jacobians_[part].response(batches, direction[part]);
+    jacobians_[part].respond(batches, direction[part], images);
     for (std::size_t k = 0; k < images.size(); ++k) add_rounded(exact, images[k], light.data() + k * samples);
   }
   team_.add_up({light.data(), light.size()});

@@ -181,21 +181,21 @@ void PolishJacobian::image_of(const PolishBatch& batch, std::size_t channel, con
   }
 }
 
-std::vector<PolishSamples> PolishJacobian::response(std::span<const PolishBatch> batches,
-                                                    const Tangents& direction) const {
-  std::vector<PolishSamples> images(batches.size());
-  for (std::size_t k = 0; k < batches.size(); ++k) images[k].resize(batches[k].weight.size());
+void PolishJacobian::respond(std::span<const PolishBatch> batches, const Tangents& direction,
+                             std::vector<PolishSamples>& images) const {
+  images.resize(batches.size());
+  for (std::size_t k = 0; k < batches.size(); ++k) images[k].assign(batches[k].weight.size(), 0.0F);
   tbb::parallel_for(std::size_t{0}, batches.size() * channels_, [&](std::size_t task) {
     const std::size_t k = task / channels_;
     const std::size_t channel = task % channels_;
     image_of(batches[k], channel, direction, images[k].data() + channel * batches[k].pattern.size());
   });
-  return images;
 }
 
 std::vector<PolishSamples> PolishJacobian::image(std::span<const PolishBatch> batches,
                                                  const Tangents& direction) const {
-  std::vector<PolishSamples> images = response(batches, direction);
+  std::vector<PolishSamples> images;
+  respond(batches, direction, images);
   weigh(batches, images);
   return images;
 }

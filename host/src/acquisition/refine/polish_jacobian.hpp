@@ -54,8 +54,10 @@ class PolishJacobian {
   Tangents tangents(const PolishNumbers& direction) const;
   /// W J direction for each batch.
   std::vector<PolishSamples> image(std::span<const PolishBatch> batches, const Tangents& direction) const;
-  /// J direction for each batch.
-  std::vector<PolishSamples> response(std::span<const PolishBatch> batches, const Tangents& direction) const;
+  /// images = J direction for each batch. Whoever asks again hands over the same images: to fill their memory
+  /// costs less than to get it.
+  void respond(std::span<const PolishBatch> batches, const Tangents& direction,
+               std::vector<PolishSamples>& images) const;
   /// gradient += Jᵀ samples.
   void gather(std::span<const PolishBatch> batches, std::span<const PolishSamples> samples,
               PolishNumbers& gradient) const;
