@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // usage: mpirun -n N benchmark_machines [GIGABYTES [SIDE]]
 //        benchmark_machines --costs
+//        mpirun -n N benchmark_machines --network
 // One number of ranks against another: applies a tensor of random leaves that is dealt over the ranks, 16
 // lights at a time and one at a time. Each rank makes its own leaves, so no file is read. --costs: the time
-// of a factor by the shape of its leaves, which decides how leaves are dealt.
+// of a factor by the shape of its leaves, which decides how leaves are dealt. --network: what the exchanges
+// of symrig-mpi take between the ranks, by their size.
 #include "dealt_transport.hpp"
 #include "ranks.hpp"
 #include "symrig/base/random.hpp"
@@ -112,6 +114,44 @@ int run_ranks(int argc, char** argv) {
   return 0;
 }
 
+/// Microseconds of one exchange: the fastest of several rounds of many.
+template <class Exchange>
+double microseconds(std::size_t bytes, const Exchange& exchange) {
+  constexpr std::size_t kRoundBytes = std::size_t{64} << 20, kMost = 2000;
+  const std::size_t times = std::clamp<std::size_t>(kRoundBytes / bytes, 2, kMost);
+  return 1e6 / static_cast<double>(times) * fastest(7, [&] {
+           mpi::meet();
+           for (std::size_t k = 0; k < times; ++k) exchange(k);
+         });
+}
+
+/// What the dealt jobs exchange: lights are broadcast, photographs are added up on the first rank, and a
+/// polish adds up doubles for all ranks. A rank that only sends could run ahead, so that the next exchange
+/// would overlap with this one: broadcasts go out from each rank in turn, and a sum on the first rank is
+/// followed by a broadcast of 8 bytes, whose time is taken off.
+int run_network() {
+  const mpi::Ranks ranks = mpi::Ranks::world();
+  double answer = 0, after = 0;
+  if (ranks.first()) fmt::print("bytes, us of a broadcast, of a sum on the first rank, of a sum for all\n");
+  for (const std::size_t bytes :
+       {std::size_t{8}, std::size_t{1} << 10, std::size_t{1} << 14, std::size_t{1} << 17,
+        std::size_t{1} << 20, std::size_t{1} << 24, std::size_t{1} << 26}) {
+    std::vector<float> floats(bytes / sizeof(float));
+    std::vector<double> doubles(bytes / sizeof(double));
+    const double broadcast = microseconds(bytes, [&](std::size_t k) {
+      ranks.broadcast(std::span(floats), static_cast<int>(k % static_cast<std::size_t>(ranks.count())));
+    });
+    if (answer == 0) answer = broadcast;
+    const double first = microseconds(bytes, [&](std::size_t) {
+      ranks.add_up(floats);
+      ranks.broadcast_value(after);
+    });
+    const double all = microseconds(bytes, [&](std::size_t) { ranks.add_up_for_all(doubles); });
+    if (ranks.first()) fmt::print("{:9} {:10.1f} {:10.1f} {:10.1f}\n", bytes, broadcast, first - answer, all);
+  }
+  return 0;
+}
+
 int run_costs() {
   const Grid grid{512, 512};
   const std::vector<Image<float>> sixteen = lights(grid, 16);
@@ -146,5 +186,6 @@ int main(int argc, char** argv) {
   mallopt(M_ARENA_MAX, 1);
   const symrig::mpi::Session session(argc, argv);
   if (argc > 1 && std::string(argv[1]) == "--costs") return symrig::machines_benchmark::run_costs();
+  if (argc > 1 && std::string(argv[1]) == "--network") return symrig::machines_benchmark::run_network();
   return symrig::machines_benchmark::run_ranks(argc, argv);
 }
