@@ -80,7 +80,7 @@ class Helper {
         return photographs_of(static_cast<std::size_t>(request.number)).ok();
       case Request::adjoint:
         return adjoint().ok();
-      case Request::polish:
+      case Request::refit:
         help_polish(ranks_);
         return true;  // the first rank reports what failed
       case Request::end:

@@ -213,7 +213,7 @@ Result<Polished> polish(const Ranks& ranks, const PolishJob& job, const Progress
   PolishJob sent = job;
   if (sent.parts == 0) sent.parts = ranks.count();
   SYMRIG_CHECK(check(ranks, sent));
-  Together polishing(ranks, {Request::polish});
+  Together polishing(ranks, {Request::refit});
   hand_out(ranks, sent);
   Result<Polished> polished = polish_here(ranks, sent, progress);
   polishing.done();

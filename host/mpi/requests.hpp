@@ -9,7 +9,7 @@ namespace symrig::mpi {
 
 /// What the first rank asks of the others, which wait in help().
 struct Request {
-  enum Kind : std::int32_t { open, photographs, adjoint, polish, end } kind;
+  enum Kind : std::int32_t { open, photographs, adjoint, refit, end } kind;
   std::int32_t number = 0;  ///< of patterns, or the exit code
 };
 
