@@ -62,10 +62,21 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
   SYMRIG_CHECK(meter());
   SYMRIG_CHECK(photograph_black());
   for (std::string& warning : taker_->projector().warnings()) taker_->warn(std::move(warning));
-  if (shows_planes()) SYMRIG_CHECK(check_planes(*taker_, options_, exposures_.front()));
+  SYMRIG_CHECK(check_shown_planes());
   shown_ = 0;
   if (options_.reference_every > 0)
     lamp_ = std::make_unique<LampLog>(options_.reference_every, options_.lamp_drift);
+  return {};
+}
+
+/// Bit planes are checked with light when the projector was opened, the first time and each time after. A
+/// controller may come back with another table.
+Result<void> Rig::check_shown_planes() {
+  if (!shows_planes()) return {};
+  while (planes_checked_ != trouble().projectors_reopened) {
+    planes_checked_ = trouble().projectors_reopened;
+    SYMRIG_CHECK(check_planes(*taker_, options_, exposures_.front()));
+  }
   return {};
 }
 
@@ -289,6 +300,7 @@ LampLevel Rig::lamp() const {
 Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns,
                                               std::span<const Exposures> brackets, const LampLog* lamp) {
   SYMRIG_TRY(const auto taken, taker_->take(patterns, brackets));
+  if (planes_checked_) SYMRIG_CHECK(check_shown_planes());  // the first time when the rig has been opened
   SYMRIG_TRY(auto photographs, merge_all(taken, lamp));
   shown_ += static_cast<std::int64_t>(patterns.size());
   return photographs;

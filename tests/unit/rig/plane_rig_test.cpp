@@ -261,5 +261,22 @@ TEST(PlaneRig, a_controller_that_was_reset_is_opened_again) {
   EXPECT_EQ(rig->rig().trouble().projectors_reopened, 1);
 }
 
+// It comes back with two planes in each other's places: what it showed since then is no photograph.
+TEST(PlaneRig, a_controller_that_comes_back_with_another_table_is_refused) {
+  PlaneBench bench;
+  const auto rig = bench.open(kPlanes);
+  ASSERT_NE(rig, nullptr);
+  bench.projector->reset_at = bench.projector->shows + 3;
+  bench.projector->on_reset = [&bench] {
+    bench.planes->stop(bench.board->now());
+    for (int k = 0; k < 24; ++k) bench.planes->faults.order.push_back(k == 6 ? 7 : k == 7 ? 6 : k);
+  };
+  const auto photographs = rig->measure(distinct_planes(rig->grid(), 100));
+  ASSERT_FALSE(photographs.ok());
+  EXPECT_EQ(photographs.error().code, ErrorCode::device_refused);
+  EXPECT_NE(photographs.error().line().find("in the place of plane 6 came plane 7"), std::string::npos)
+      << photographs.error().line();
+}
+
 }  // namespace
 }  // namespace symrig::plane_rig_test

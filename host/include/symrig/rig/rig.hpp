@@ -195,6 +195,7 @@ class Rig final : public Probe {
                                         std::span<const Expectation> expected);
   std::size_t in_one_run(std::span<const Exposures> brackets) const;
   Result<void> refer();
+  Result<void> check_shown_planes();
   Result<std::vector<Radiance>> photograph(std::span<const Pattern> patterns,
                                            std::span<const Exposures> brackets, const LampLog* lamp);
   Result<Radiance> merge_one(const TakenBracket& bracket, double lamp) const;
@@ -208,6 +209,7 @@ class Rig final : public Probe {
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
   Expectation flood_lit_;                                       // from metering, if exposures are planned
   std::unique_ptr<LampLog> lamp_;                               // none: photographs are not divided
+  std::optional<std::int64_t> planes_checked_;                  // after so many times that it was opened again
   std::int64_t shown_ = 0;        // photographs since open(), references included
   std::int64_t photographs_ = 0;  // returned to the caller
   double merge_seconds_ = 0;
