@@ -47,6 +47,10 @@ class StoredImage {
   }
 
   bool operator==(const StoredImage&) const = default;
+  bool operator==(const Image<float>& other) const {
+    return grid_ == other.grid() && channels_ == other.channels() &&
+           std::ranges::equal(values(), other.values());
+  }
 
  private:
   Grid grid_;

@@ -209,9 +209,9 @@ class Rig final : public Probe {
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
   Expectation flood_lit_;                                       // from metering, if exposures are planned
   std::unique_ptr<LampLog> lamp_;                               // none: photographs are not divided
-  std::optional<std::int64_t> planes_checked_;                  // after so many times that it was opened again
-  std::int64_t shown_ = 0;        // photographs since open(), references included
-  std::int64_t photographs_ = 0;  // returned to the caller
+  std::optional<std::int64_t> planes_checked_;  // after so many times that it was opened again
+  std::int64_t shown_ = 0;                      // photographs since open(), references included
+  std::int64_t photographs_ = 0;                // returned to the caller
   double merge_seconds_ = 0;
 };
 
