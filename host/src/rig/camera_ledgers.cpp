@@ -21,7 +21,7 @@ std::vector<std::size_t> places_of(std::size_t camera, std::span<const CameraFra
 }
 
 std::string trouble_of(const FrameCounts& counts, std::size_t camera, std::size_t cameras) {
-  const std::string trouble = counts.trouble();
+  std::string trouble = counts.trouble();
   if (trouble.empty() || cameras == 1) return trouble;
   return fmt::format("pair {}: {}", camera + 1, trouble);
 }

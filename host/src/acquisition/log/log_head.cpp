@@ -122,7 +122,7 @@ Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& id
 }
 
 Result<FoundHead> read_log_head(const AppendedFile& file) {
-  const auto found = [&]() -> Result<FoundHead> {
+  auto found = [&]() -> Result<FoundHead> {
     SYMRIG_TRY(const Front front, read_front(file));
     SYMRIG_TRY(const std::string text, read_text(file, front));
     FoundHead head{{}, 0, padded_head(front.text_bytes)};

@@ -253,7 +253,7 @@ void KnownTransport::add_leaves_to(TensorBuilder& builder) const {
     factors.clear();
     const auto append = [&](std::int64_t offset, std::int64_t size) {
       for (std::size_t n = first; n < next; ++n) {
-        const auto from = factors_.begin() + leaves_[n].factors + offset;
+        const float* const from = factors_.begin() + leaves_[n].factors + offset;
         factors.insert(factors.end(), from, from + size);
       }
     };
