@@ -166,7 +166,7 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
                                                  std::span<const Exposures> exposures) {
   RigSetup fitted = setup;
   CameraProfile& camera = fitted.camera;
-  camera.overlap_time_max = rig::usable_overlap(camera, shortest_of(exposures));
+  camera.overlap_time_max = rig::overlap_before(shortest_of(exposures), rig::longest_overlap(camera));
   const Nanoseconds gap = rig::gap_without_overlap(options_) - camera.overlap_time_max;
   SYMRIG_TRY(const CompiledProgram compiled,
              compile_brackets(fitted, devices_->board().info(), exposures, gap));

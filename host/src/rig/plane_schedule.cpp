@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/plane_schedule.hpp"
 
+#include "rig/shutter_timing.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
@@ -38,7 +39,7 @@ class PlanePlanner {
       : rules_(rules), planes_(rules.timing.planes), ready_(rules.first) {}
 
   void add(const WantedExposure& wanted) {
-    std::int64_t plane = first_plane_after(ready_ - std::min(rules_.overlap, wanted.time));
+    std::int64_t plane = first_plane_after(ready_ - rig::overlap_before(wanted.time, rules_.overlap));
     std::optional<PlaneExposure> at;
     for (at = placed(plane, wanted.time); !at || !is_free(*at, wanted.photograph);
          at = placed(plane, wanted.time))
@@ -167,7 +168,7 @@ PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const Wante
   for (const WantedExposure& one : wanted) {
     const PlaneShot& shot = shots[one.photograph];
     PlaneExposure at{static_cast<std::int64_t>(out.order.size()), shot.plane, 1, one.time};
-    const Nanoseconds after = ready - std::min(rules.overlap, one.time);
+    const Nanoseconds after = ready - rig::overlap_before(one.time, rules.overlap);
     for (; begin_of(at, rules) < after; at.refresh += rules.hold) out.order.insert(out.order.end(), hold, 0);
     out.order.insert(out.order.end(), hold, out.pictures.size());
     out.pictures.push_back(picture_of(shot, static_cast<int>(one.photograph), bright, rules.timing.planes));

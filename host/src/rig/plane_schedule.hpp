@@ -42,7 +42,7 @@ struct PlaneRules {
   Nanoseconds refresh{0};
   Nanoseconds settle{0};   ///< from a plane's edge to the exposure
   Nanoseconds gap{0};      ///< from the end of an exposure to the next trigger,
-  Nanoseconds overlap{0};  ///< less this; an exposure that begins sooner than `gap` must end later
+  Nanoseconds overlap{0};  ///< less this at most, as rig::overlap_before() allows
   int hold = 1;            ///< refreshes from picture to picture, if the screen cannot change it in each
   bool crosses = true;     ///< an exposure may go on in the next picture, if may_cross() allows it
   /// From a plane's edge to the board's next word, at most. A board whose edges software makes needs it.

@@ -27,10 +27,13 @@ Nanoseconds gap_without_overlap(const RigOptions& options) {
   return options.gap.value_or(options.setup.camera.readout);
 }
 
-Nanoseconds usable_overlap(const CameraProfile& camera, Nanoseconds shortest) {
+Nanoseconds longest_overlap(const CameraProfile& camera) {
   if (!camera.overlap) return Nanoseconds{0};
-  const Nanoseconds most = std::min(camera.readout - kLeastGap, shortest - kRounding);
-  return std::clamp(most, Nanoseconds{0}, camera.overlap_time_max);
+  return std::clamp(camera.readout - kLeastGap, Nanoseconds{0}, camera.overlap_time_max);
+}
+
+Nanoseconds overlap_before(Nanoseconds exposure, Nanoseconds longest) {
+  return std::clamp(exposure - kRounding, Nanoseconds{0}, longest);
 }
 
 }  // namespace symrig::rig

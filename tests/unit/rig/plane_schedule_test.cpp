@@ -35,7 +35,8 @@ void expect_schedule(std::span<const WantedExposure> wanted, const PlaneRules& r
     const auto& [what, at] = planned->exposures[i];
     EXPECT_EQ(what.photograph, wanted[i].photograph);
     EXPECT_EQ(what.exposure, wanted[i].exposure);
-    EXPECT_GE(begin(at, rule), ready - std::min(rule.overlap, what.time));
+    EXPECT_GE(begin(at, rule), ready - rule.overlap);
+    EXPECT_GT(begin(at, rule) + what.time, ready) << "an exposure ends after the readout of the last one";
     for (const Nanoseconds delay : {Nanoseconds{0}, rule.reaction}) {
       const Nanoseconds open = begin(at, rule) + rule.settle + delay, closed = open + at.exposure;
       ready = closed + rule.gap + plane_lead(period);
