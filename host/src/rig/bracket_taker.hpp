@@ -8,6 +8,7 @@
 #include "symrig/program/compile.hpp"
 #include "symrig/rig/rig.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -58,7 +59,11 @@ class BracketTaker {
   /// What the projector's planes and the camera allow.
   PlaneRules plane_rules() const;
   const RigTrouble& trouble() const { return trouble_; }
-  void warn(std::string what) { trouble_.warnings.push_back(std::move(what)); }
+  /// Each warning once: planes are checked again whenever the projector was opened again.
+  void warn(std::string what) {
+    auto& all = trouble_.warnings;
+    if (std::ranges::find(all, what) == all.end()) all.push_back(std::move(what));
+  }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
   double rig_seconds() const { return rig_seconds_; }  ///< run time of the board's programs
