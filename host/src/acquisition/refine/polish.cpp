@@ -219,19 +219,20 @@ void Polish::subtract(std::span<TreePhotograph> photographs, double most) const 
   if (!dealt()) return parts_[0].subtract_from(photographs);
   const ExactSums exact(most);
   const std::size_t samples = photographs[0].mean.size();
-  PagedVector<double> light(photographs.size() * samples);
-  std::vector<PagedVector<float>> means(photographs.size());
+  light_.assign(photographs.size() * samples, 0.0);
+  means_.resize(photographs.size());
   for (const KnownTransport& part : parts_) {
-    for (PagedVector<float>& mean : means) mean.assign(samples, 0.0F);
-    swap_means(photographs, means);
+    for (PagedVector<float>& mean : means_) mean.assign(samples, 0.0F);
+    swap_means(photographs, means_);
     part.subtract_from(photographs);
-    swap_means(photographs, means);
-    for (std::size_t k = 0; k < means.size(); ++k) add_rounded(exact, means[k], light.data() + k * samples);
+    swap_means(photographs, means_);
+    for (std::size_t k = 0; k < means_.size(); ++k)
+      add_rounded(exact, means_[k], light_.data() + k * samples);
   }
-  team_.add_up({light.data(), light.size()});
+  team_.add_up({light_.data(), light_.size()});
   tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
     for (std::size_t at = 0; at < samples; ++at)
-      photographs[k].mean[at] += static_cast<float>(light[k * samples + at]);
+      photographs[k].mean[at] += static_cast<float>(light_[k * samples + at]);
   });
 }
 
@@ -241,17 +242,18 @@ Polish::Samples Polish::image(std::span<const PolishBatch> batches, const Tangen
   if (!dealt()) return jacobians_[0].image(batches, direction[0]);
   const ExactSums exact(most);
   const std::size_t samples = batches[0].weight.size();
-  PagedVector<double> light(batches.size() * samples);
+  light_.assign(batches.size() * samples, 0.0);
   Samples images;
   for (std::size_t part = 0; part < parts_.size(); ++part) {
     jacobians_[part].respond(batches, direction[part], images);
-    for (std::size_t k = 0; k < images.size(); ++k) add_rounded(exact, images[k], light.data() + k * samples);
+    for (std::size_t k = 0; k < images.size(); ++k)
+      add_rounded(exact, images[k], light_.data() + k * samples);
   }
-  team_.add_up({light.data(), light.size()});
+  team_.add_up({light_.data(), light_.size()});
   for (std::size_t k = 0; k < images.size(); ++k)
     in_blocks(samples, [&](std::size_t begin, std::size_t end) {
       for (std::size_t at = begin; at < end; ++at)
-        images[k][at] = static_cast<float>(light[k * samples + at]);
+        images[k][at] = static_cast<float>(light_[k * samples + at]);
     });
   acquisition::weigh(batches, images);
   return images;

@@ -88,6 +88,9 @@ class Polish {
   int channels_;
   std::vector<PolishJacobian> jacobians_;  ///< of each part
   std::vector<PolishBatch> kept_;          ///< all photographs, or none if they do not fit
+  /// Of several parts or processes. They stay, because new pages take longer than the sums.
+  mutable PagedVector<double> light_;              ///< sums over the parts
+  mutable std::vector<PagedVector<float>> means_;  ///< of one part
 };
 
 }  // namespace symrig::acquisition
