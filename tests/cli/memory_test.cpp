@@ -59,16 +59,17 @@ TEST_F(Memory, what_a_capture_wants_is_about_what_it_takes) {
 
 #ifndef __SANITIZE_ADDRESS__  // its allocator keeps what was freed on purpose
 
-// Blocks between others that stay: malloc cannot give them back by itself.
+// Blocks between others that stay: malloc cannot give them back by itself. Both have one size, so that what earlier
+// tests left free takes as many of one kind as of the other.
 TEST(FreedMemory, is_given_back_from_between_other_blocks) {
   constexpr std::size_t kBlock = std::size_t{64} << 10, kBlocks = 4096;  // 256 MiB
   std::vector<std::unique_ptr<std::vector<char>>> freed, kept;
   for (std::size_t k = 0; k < kBlocks; ++k) {
     freed.push_back(std::make_unique<std::vector<char>>(kBlock, 'a'));
-    kept.push_back(std::make_unique<std::vector<char>>(64, 'b'));
+    kept.push_back(std::make_unique<std::vector<char>>(kBlock, 'b'));
   }
-  freed.clear();
   const std::int64_t before = resident_memory();
+  freed.clear();
   give_back_freed_memory();
   // Of each block, the pages that it does not share with its neighbours: all but two of sixteen.
   EXPECT_LE(resident_memory(), before - static_cast<std::int64_t>(kBlocks * kBlock * 14 / 16));
