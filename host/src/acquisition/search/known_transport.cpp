@@ -159,17 +159,23 @@ std::size_t KnownTransport::end_of_run(std::size_t first) const {
   return last;
 }
 
-template <class P>
-void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel,
-                               const Mark& since, float* y) const {
+template <class Run>
+void KnownTransport::for_runs(std::size_t first, const Run& run) const {
   std::vector<float> buffer;
-  for (std::size_t first = since.leaves, last = first; first < leaves_.size(); first = last) {
+  for (std::size_t last = first; first < leaves_.size(); first = last) {
     last = end_of_run(first);
     const auto begin = static_cast<std::size_t>(leaves_[first].factors);
     const std::size_t end =
         last < leaves_.size() ? static_cast<std::size_t>(leaves_[last].factors) : factors_.size();
-    const float* const factors = factors_.window(begin, end - begin, buffer).data();
-    for (const KnownLeaf& leaf : std::span(leaves_).subspan(first, last - first)) {
+    run(LeafRun{first, last, begin, factors_.window(begin, end - begin, buffer).data()});
+  }
+}
+
+template <class P>
+void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel,
+                               const Mark& since, float* y) const {
+  for_runs(since.leaves, [&](const LeafRun& run) {
+    for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
       if (leaf.removed) continue;
       const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
       const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
@@ -177,7 +183,7 @@ void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::si
       const auto rows = static_cast<std::size_t>(leaf.rows());
       const auto cols = static_cast<std::size_t>(leaf.cols());
       const float* const a =
-          factors + static_cast<std::size_t>(leaf.factors) - begin + channel * (rows + cols);
+          run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
       const float* const b = a + rows;
       const std::size_t row = leaf.row_begin;
       const std::size_t col = leaf.col_begin;
@@ -186,13 +192,62 @@ void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::si
       else
         tensor::add_leaf_batch({b, a, col, cols, row, rows, 1}, false, p, y);
     }
-  }
+  });
   for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
     const std::size_t row = scalars_[k].row;
     const std::size_t col = scalars_[k].col;
     const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
     add_pixel(value, p, col, y + row * kBatch);
     if (row != col) add_pixel(value, p, row, y + col * kBatch);
+  }
+}
+
+void KnownTransport::subtract_lit(std::span<const LitBlocks> patterns,
+                                  std::span<const std::span<float>> means) const {
+  const std::size_t pixels = tree_.order().size();
+  std::vector<LitPixels> all;
+  all.reserve(patterns.size());
+  for (const LitBlocks& blocks : patterns) all.emplace_back(blocks, pixels);
+  // A task is one channel of one photograph, so its sums have one order.
+  const std::size_t channels = channels_;
+  const auto for_tasks = [&](const auto& task) {
+    tbb::parallel_for(std::size_t{0}, patterns.size() * channels, [&](std::size_t k) {
+      const std::size_t channel = k % channels;
+      task(all[k / channels], channel, means[k / channels].data() + channel * pixels);
+    });
+  };
+  for_runs(0, [&](const LeafRun& run) {
+    for_tasks([&](const LitPixels& lit, std::size_t channel, float* mean) {
+      subtract_lit_run(run, lit, channel, mean);
+    });
+  });
+  for_tasks([&](const LitPixels& lit, std::size_t channel, float* mean) {
+    subtract_lit_scalars(lit, channel, mean);
+  });
+}
+
+void KnownTransport::subtract_lit_run(const LeafRun& run, const LitPixels& lit, std::size_t channel,
+                                      float* mean) const {
+  for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
+    if (leaf.removed) continue;
+    const auto rows = static_cast<std::size_t>(leaf.rows());
+    const auto cols = static_cast<std::size_t>(leaf.cols());
+    const float* const a =
+        run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
+    const float* const b = a + rows;
+    if (lit.any(leaf.col_begin, leaf.col_end))
+      tensor::add_scaled(-lit.sum(leaf.col_begin, {b, cols}), a, mean + leaf.row_begin, rows);
+    if (!leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end))
+      tensor::add_scaled(-lit.sum(leaf.row_begin, {a, rows}), b, mean + leaf.col_begin, cols);
+  }
+}
+
+void KnownTransport::subtract_lit_scalars(const LitPixels& lit, std::size_t channel, float* mean) const {
+  for (std::size_t k = 0; k < scalars_.size(); ++k) {
+    const auto [row, col] = scalars_[k];
+    const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
+    if (lit[col]) mean[row] -= value;
+    if (row != col && lit[row]) mean[col] -= value;
   }
 }
 

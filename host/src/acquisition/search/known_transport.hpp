@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/search/lit_pixels.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
@@ -97,6 +98,11 @@ class KnownTransport {
   /// The same for what was added since `since` alone.
   void subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const;
 
+  /// The same for patterns of lit blocks, which need no image. Only leaves that a pattern lights cost time, so a
+  /// few photographs take as little time each as many. The values of one do not depend on the others.
+  /// means: one a pattern, [channel][pixel].  error: n ε Σ|b| for each leaf's sum over n lit pixels, else as above.
+  void subtract_lit(std::span<const LitBlocks> patterns, std::span<const std::span<float>> means) const;
+
   /// How often something was removed or handed out to be changed: what was subtracted at an equal count only
   /// lacks what was added since.
   std::int64_t rewritten() const { return rewritten_; }
@@ -111,6 +117,17 @@ class KnownTransport {
   template <class P>
   void add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
                  float* y) const;
+  /// The leaves from some one on whose factors are in memory at once.
+  struct LeafRun {
+    std::size_t first, last;  ///< leaves
+    std::size_t begin;        ///< offset of the first one's factors
+    const float* factors;
+  };
+  /// run(LeafRun) for all leaves from `first` on, in their order.
+  template <class Run>
+  void for_runs(std::size_t first, const Run& run) const;
+  void subtract_lit_run(const LeafRun& run, const LitPixels& lit, std::size_t channel, float* mean) const;
+  void subtract_lit_scalars(const LitPixels& lit, std::size_t channel, float* mean) const;
   std::size_t end_of_run(std::size_t first) const;
   void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const;
 

@@ -29,6 +29,12 @@ std::vector<std::vector<char>> lit_blocks(std::span<const Shot> shots, std::int3
   return lit;
 }
 
+std::vector<std::span<float>> means_of(std::span<TreePhotograph> photographs) {
+  std::vector<std::span<float>> means;
+  for (TreePhotograph& photograph : photographs) means.emplace_back(photograph.mean);
+  return means;
+}
+
 std::vector<Shot> shots_of(const std::vector<std::vector<std::int32_t>>& colours, const NodeLevel& level) {
   std::vector<Shot> shots;
   for (const auto& colour : colours) {
@@ -233,36 +239,34 @@ Result<void> LevelSearch::photograph(Round& round) {
       // bright would get photographs that show noise there, and blocks would be taken for empty.
       !found_.beside
           ? Photographer::MakePreviews()
-          : [&](std::size_t first,
-                std::size_t count) { return preview(r, std::span(round.shots).subspan(first, count)); });
+          : [&](std::size_t first, std::span<Preview> previews) {
+              const auto shots = std::span(round.shots).subspan(first, previews.size());
+              preview(r, shots, std::span(patterns).subspan(first, previews.size()), previews);
+            });
 }
 
 /// What photographs of round r will show: known transport and what other rounds measured, and the estimates
 /// of the nodes that are tested.
-std::vector<Preview> LevelSearch::preview(std::size_t r, std::span<const Shot> shots) const {
-  const std::size_t pixels = facts_.tree.order().size();
-  const std::size_t size = pixels * static_cast<std::size_t>(facts_.channels);
-  std::vector<TreePhotograph> known(shots.size());
-  for (std::size_t k = 0; k < shots.size(); ++k) {
-    known[k].pattern.assign(pixels, 0);
-    known[k].mean.assign(size, 0);
-    for (const LitRange& lit : lit_ranges(shots[k]))
-      std::fill(known[k].pattern.begin() + lit.begin, known[k].pattern.begin() + lit.end, 1.0F);
+void LevelSearch::preview(std::size_t r, std::span<const Shot> shots, std::span<const LitBlocks> patterns,
+                          std::span<Preview> previews) const {
+  const std::size_t size = facts_.tree.order().size() * static_cast<std::size_t>(facts_.channels);
+  std::vector<std::span<float>> known;
+  for (Preview& one : previews) {
+    one.known.assign(size, 0);
+    one.unknown.assign(size, 0);
+    known.emplace_back(one.known);
   }
-  found_.known.subtract_from(known);
+  found_.known.subtract_lit(patterns, known);
   for (std::size_t other = 0; other < rounds_.size(); ++other)
     if (other != r) subtract_measured(rounds_[other].tested, shots, known);
   const auto lit = lit_blocks(shots, unknown_.block_count());
-  std::vector<Preview> previews(shots.size());
   tbb::parallel_for(std::size_t{0}, shots.size(), [&](std::size_t k) {
-    for (float& value : known[k].mean) value = -value;
-    previews[k] = {std::move(known[k].mean), PagedVector<float>(size)};
+    for (float& value : known[k]) value = -value;
     for (const NodeIndex n : rounds_[r].tested)
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
         unknown_.add_estimate(node(n), side, shots[k].slot, *found_.beside, previews[k].unknown);
       });
   });
-  return previews;
 }
 
 /// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one
@@ -274,7 +278,7 @@ void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
   found_.known.subtract_from(photographs);
   const auto shots = std::span(round.shots).subspan(first - round.first, photographs.size());
   for (std::size_t other = 0; other < rounds_.size(); ++other)
-    if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
+    if (other != r) subtract_measured(rounds_[other].tested, shots, means_of(photographs));
   record(round.tested, shots, photographs);
   // Blocks with themselves are tested in the first round: its photographs hold their direct light.
   if (r == 0 && facts_.options.economy.direct_share > 0)
@@ -311,12 +315,12 @@ void LevelSearch::keep_direct(std::span<const Shot> shots, std::span<const TreeP
 }
 
 void LevelSearch::subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
-                                    std::span<TreePhotograph> photographs) const {
+                                    std::span<const std::span<float>> means) const {
   const auto lit = lit_blocks(shots, unknown_.block_count());
-  tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+  tbb::parallel_for(std::size_t{0}, means.size(), [&](std::size_t k) {
     for (const NodeIndex n : tested)
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
-        unknown_.subtract_measured(node(n), side, shots[k].slot, photographs[k].mean);
+        unknown_.subtract_measured(node(n), side, shots[k].slot, means[k]);
       });
   });
 }

@@ -82,13 +82,14 @@ class LevelSearch {
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
-  std::vector<Preview> preview(std::size_t r, std::span<const Shot> shots) const;
+  void preview(std::size_t r, std::span<const Shot> shots, std::span<const LitBlocks> patterns,
+               std::span<Preview> previews) const;
   void subtract_and_record(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
   Result<void> subtract_again();
   void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
                    LevelLight& light) const;
   void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
-                         std::span<TreePhotograph> photographs) const;
+                         std::span<const std::span<float>> means) const;
   void record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
               std::span<const TreePhotograph> photographs);
   void judge(Tested& tested) const;

@@ -69,9 +69,14 @@ Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, s
   Batch batch{std::vector<Pattern>(patterns.size()), {}};
   tbb::parallel_for(std::size_t{0}, patterns.size(),
                     [&](std::size_t k) { batch.pictures[k] = picture(tree_, patterns[k]); });
-  if (planned)
-    batch.expected =
-        forecaster_->expect(patterns, preview ? preview(first, patterns.size()) : std::vector<Preview>{});
+  if (!planned) return batch;
+  std::span<Preview> previews;
+  if (preview) {
+    if (previews_.size() < patterns.size()) previews_.resize(patterns.size());
+    previews = std::span(previews_).first(patterns.size());
+    preview(first, previews);
+  }
+  batch.expected = forecaster_->expect(patterns, previews);
   return batch;
 }
 

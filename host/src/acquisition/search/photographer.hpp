@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/search/lit_pixels.hpp"
 #include "acquisition/search/log_range.hpp"
 #include "acquisition/search/tree_photograph.hpp"
 #include "symrig/acquisition/capture.hpp"
@@ -15,12 +16,6 @@
 #include <vector>
 
 namespace symrig::acquisition {
-
-/// Lit ranges of tree pixels: what a pattern of blocks is before it is a picture.
-struct LitRange {
-  std::int32_t begin, end;
-};
-using LitBlocks = std::vector<LitRange>;
 
 /// A photograph before it is taken, as far as it can be foreseen: [channel][pixel] in tree order.
 struct Preview {
@@ -75,8 +70,8 @@ class Photographer {
 
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
-  /// What is foreseen of patterns [first, first + count).
-  using MakePreviews = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
+  /// Foresees patterns from number `first` on, one for each of `previews`, whose memory is used again.
+  using MakePreviews = std::function<void(std::size_t first, std::span<Preview> previews)>;
   /// Takes photographs and hands them on as they come, some at a time. preview is asked where it matters.
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
@@ -85,7 +80,10 @@ class Photographer {
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
   /// Frees the photographs whose memory is kept for the next time.
-  void free_pool() { pool_ = {}; }
+  void free_pool() {
+    pool_ = {};
+    previews_ = {};
+  }
 
   /// Takes photographs that are needed only once: use() is called once a pattern, from several threads at
   /// once.
@@ -124,6 +122,7 @@ class Photographer {
   std::int64_t taken_ = 0;
   double measure_seconds_ = 0;
   mutable std::vector<TreePhotograph> pool_;  // kept for its memory
+  mutable std::vector<Preview> previews_;     // so are they
 };
 
 }  // namespace symrig::acquisition
