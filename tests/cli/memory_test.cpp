@@ -59,8 +59,8 @@ TEST_F(Memory, what_a_capture_wants_is_about_what_it_takes) {
 
 #ifndef __SANITIZE_ADDRESS__  // its allocator keeps what was freed on purpose
 
-// Blocks between others that stay: malloc cannot give them back by itself. Both have one size, so that what earlier
-// tests left free takes as many of one kind as of the other.
+// Blocks between others that stay: malloc cannot give them back by itself. Both have one size, so that what
+// earlier tests left free takes as many of one kind as of the other.
 TEST(FreedMemory, is_given_back_from_between_other_blocks) {
   constexpr std::size_t kBlock = std::size_t{64} << 10, kBlocks = 4096;  // 256 MiB
   std::vector<std::unique_ptr<std::vector<char>>> freed, kept;

@@ -5,6 +5,7 @@
 #include "bench-vm/scene/controller_on_usb.hpp"
 #include "bench-vm/scene/developer.hpp"
 #include "bench-vm/scene/genicam_scene_camera.hpp"
+#include "bench-vm/scene/paired_camera.hpp"
 #include "bench-vm/scene/plane_watch.hpp"
 #include "bench-vm/scene/watchers.hpp"
 
@@ -30,7 +31,8 @@ struct Options {
   std::string scene;
   std::string picture;
   std::string log;
-  std::string gige, usb3;
+  std::string gige, usb3, second_gige;
+  std::int64_t second_drop_frame = -1;
   double packet_loss = 0;
   std::string planes;
   std::vector<std::string> controller_faults;
@@ -42,6 +44,11 @@ struct Options {
   std::int64_t first_frame = 0;
   bool uncounted = false;
   FaultRates faults;
+
+  /// Projector-camera pairs, side by side.
+  std::size_t pairs() const { return second_gige.empty() ? 1 : 2; }
+  /// The cells or pixels of one pair.
+  Grid part_of(Grid whole) const { return {whole.rows, whole.cols / static_cast<int>(pairs())}; }
 };
 
 Nanoseconds nanoseconds_of(double value, double unit) {
@@ -63,6 +70,11 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--packet-loss", options.packet_loss, "share of that camera's packets that are lost");
   app.add_option("--usb3", options.usb3,
                  "the camera is a USB3 Vision camera on USB/IP with this serial number");
+  app.add_option("--second-gige", options.second_gige,
+                 "a second pair, right of the first: BENCH_VKMS_B is its projector, and its camera is a GigE "
+                 "Vision camera at this address. Each pair has half of the columns");
+  app.add_option("--second-drop-frame", options.second_drop_frame,
+                 "number of a frame that the second camera loses");
   app.add_option("--planes", options.planes,
                  "an emulated controller on USB/IP, dlpc350 or dlpc900, shows the bit planes of the screen's "
                  "pictures");
@@ -107,8 +119,20 @@ Result<void> check_devices(const Options& options) {
   if (served && (planes || !options.gige.empty()))
     return Error{ErrorCode::bad_argument, "--usb3 does not go together with --planes or --gige",
                  "give one of them"};
+  if (planes && !options.second_gige.empty())
+    return Error{ErrorCode::bad_argument, "--second-gige does not go together with --planes",
+                 "give one of them"};
   if (planes || options.controller_faults.empty()) return {};
   return Error{ErrorCode::bad_argument, "--controller-fault needs a controller", "add --planes"};
+}
+
+/// Each pair has half of the cells, and a camera pixel for each.
+Result<void> check_pairs(const Options& options, const SceneUri& uri, const sim::ImageFormation& formation) {
+  const int pairs = static_cast<int>(options.pairs());
+  if (pairs == 1 || (uri.size.cols % pairs == 0 && formation.camera() == uri.size)) return {};
+  return Error{ErrorCode::bad_argument,
+               "two pairs need an even number of columns, and a camera pixel for each cell",
+               "change the scene's size, or remove its keys of a camera"};
 }
 
 Result<CameraHabits> habits_of(const Options& options) {
@@ -178,9 +202,9 @@ Result<std::shared_ptr<SceneController>> serve_controller(const Options& options
   return SceneController::serve(options.planes, std::move(faults));
 }
 
-/// What lies between the screen and the scene: nothing, or a controller of bit planes.
+/// What lies between the screens and the scene: nothing, or a controller of bit planes.
 struct ScreenWatch {
-  std::optional<RefreshWatch> plain;
+  std::vector<RefreshWatch> plain;
   std::shared_ptr<SceneController> controller;
   std::unique_ptr<PlaneWatch> planes;
 
@@ -193,22 +217,32 @@ struct ScreenWatch {
         return controller->next_refresh(stage.exposures());
       };
       SYMRIG_TRY(watch.planes, PlaneWatch::open(places, placement, shown, stage));
-    } else {
-      SYMRIG_TRY(RefreshWatch plain, RefreshWatch::open(places, placement, stage));
-      watch.plain.emplace(std::move(plain));
+      return watch;
+    }
+    const std::size_t screens = options.pairs();
+    watch.plain.reserve(screens);
+    for (std::size_t screen = 0; screen < screens; ++screen) {
+      SYMRIG_TRY(RefreshWatch plain, RefreshWatch::open(places, screen, placement, stage));
+      watch.plain.push_back(std::move(plain));
     }
     return watch;
   }
   std::vector<std::function<void()>> watchers() {
     if (planes) return {[this] { planes->run(); }, [this] { planes->run_triggers(); }};
-    return {[this] { plain->run(); }};
+    std::vector<std::function<void()>> all;
+    for (RefreshWatch& screen : plain) all.emplace_back([&screen] { screen.run(); });
+    return all;
   }
   std::string report() const {
     if (planes)
       return fmt::format(
           "{} refreshes, {} missed; edges of planes at most {:.1f} us late; {} faults of the controller",
           planes->refreshes(), planes->missed(), 1e6 * seconds(planes->latest()), controller->faults());
-    return fmt::format("{} refreshes, {} missed", plain->refreshes(), plain->missed());
+    std::string text;
+    for (const RefreshWatch& screen : plain)
+      text += fmt::format("{}{} refreshes, {} missed",
+                          text.empty() ? "" : "; second screen: ", screen.refreshes(), screen.missed());
+    return text;
   }
 };
 
@@ -226,14 +260,25 @@ void report(const TriggerWatch& trigger, const ScreenWatch& screen, const Delive
 }
 
 Result<std::unique_ptr<SceneCamera>> open_camera(const Options& options, const CameraHabits& habits,
-                                                 const sim::ImageFormation& formation) {
-  const Grid camera = formation.camera();
+                                                 const sim::ImageFormation& formation, Grid camera) {
   if (!options.usb3.empty()) return open_usb3_camera({options.usb3, camera, habits.readout}, habits.faults);
   if (!options.gige.empty())
     return open_gige_camera({options.gige, camera, habits.readout, options.packet_loss}, habits.faults);
   SYMRIG_TRY(const Grid size, picture_size(options.picture, camera));
   return open_v4l2_camera({size, camera, options.picture_top, options.picture_left,
                            static_cast<std::uint16_t>(formation.noise().pedestal())});
+}
+
+/// All cameras, as one. whole: all pixels.
+Result<std::unique_ptr<SceneCamera>> open_cameras(const Options& options, const CameraHabits& habits,
+                                                  const sim::ImageFormation& formation, Grid whole) {
+  const Grid each = options.part_of(whole);
+  SYMRIG_TRY(auto first, open_camera(options, habits, formation, each));
+  if (options.pairs() == 1) return first;
+  SYMRIG_TRY(auto second, open_gige_camera({options.second_gige, each, habits.readout, 0}, FaultRates{}));
+  std::optional<std::uint64_t> lost;
+  if (options.second_drop_frame >= 0) lost = static_cast<std::uint64_t>(options.second_drop_frame);
+  return pair_cameras(std::move(first), std::move(second), each, lost);
 }
 
 Result<void> close_loop(const Options& options) {
@@ -246,12 +291,14 @@ Result<void> close_loop(const Options& options) {
   SYMRIG_TRY(const auto bench, sim::make_bench(uri));
   const sim::ImageFormation formation(uri, *bench.view);
   SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());
-  Stage stage;
+  SYMRIG_CHECK(check_pairs(options, uri, formation));
+  Stage stage(options.pairs());
   Signals signals(stage);  // before any thread: the camera has one, too
   SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, habits.faults, stage));
   SYMRIG_TRY(ScreenWatch screen,
-             ScreenWatch::open(options, places, {uri.size, options.cell, options.top, options.left}, stage));
-  SYMRIG_TRY(const auto camera, open_camera(options, habits, formation));
+             ScreenWatch::open(options, places,
+                               {options.part_of(uri.size), options.cell, options.top, options.left}, stage));
+  SYMRIG_TRY(const auto camera, open_cameras(options, habits, formation, formation.camera()));
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
   Developer developer(formation, stage, *camera, habits, std::move(log));
   std::vector<std::function<void()>> watchers = screen.watchers();

@@ -70,6 +70,11 @@ Result<BenchPlaces> BenchPlaces::from_environment() {
   return places;
 }
 
+Result<std::string> BenchPlaces::screen_of(std::size_t number) const {
+  if (number == 0) return screen;
+  return bench_variable("BENCH_VKMS_B");
+}
+
 Result<int> BenchPlaces::line(std::string_view name) const {
   const auto at = std::find(gpio_lines.begin(), gpio_lines.end(), name);
   if (at != gpio_lines.end()) return static_cast<int>(at - gpio_lines.begin());

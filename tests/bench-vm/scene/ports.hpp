@@ -23,6 +23,9 @@ struct BenchPlaces {
 
   /// fails: not_found (outside the guest, or without that device).
   static Result<BenchPlaces> from_environment();
+  /// The card of screen 0, or of screen 1 (BENCH_VKMS_B).
+  /// fails: not_found (the guest has no second screen).
+  Result<std::string> screen_of(std::size_t number) const;
   /// Offset of a line on the chip.  fails: unknown_name.
   Result<int> line(std::string_view name) const;
 };

@@ -17,10 +17,15 @@ constexpr std::chrono::milliseconds kScreenOff{5};
 
 }  // namespace
 
-Result<RefreshWatch> RefreshWatch::open(const BenchPlaces& places, const Placement& placement, Stage& stage) {
-  SYMRIG_TRY(ScreenReader screen, ScreenReader::open(places.screen, placement));
-  SYMRIG_TRY(InputWire vsync, InputWire::open(places, "vsync"));
-  return RefreshWatch(std::move(screen), std::move(vsync), stage);
+Result<RefreshWatch> RefreshWatch::open(const BenchPlaces& places, std::size_t screen,
+                                        const Placement& placement, Stage& stage) {
+  SYMRIG_TRY(const std::string card, places.screen_of(screen));
+  SYMRIG_TRY(ScreenReader reader, ScreenReader::open(card, placement));
+  std::optional<InputWire> vsync;
+  if (screen == 0) {
+    SYMRIG_TRY(vsync, InputWire::open(places, "vsync"));
+  }
+  return RefreshWatch(std::move(reader), screen, std::move(vsync), stage);
 }
 
 void RefreshWatch::run() {
@@ -32,16 +37,17 @@ void RefreshWatch::run() {
 Result<void> RefreshWatch::follow() {
   const auto refresh = screen_.wait_refresh();
   if (!refresh) {  // no mode is set yet, or no longer
-    stage_.show(steady_now(), nullptr);
+    stage_.show(steady_now(), nullptr, number_);
     last_.reset();
     std::this_thread::sleep_for(kScreenOff);
     return {};
   }
-  SYMRIG_CHECK(pull_undisturbed(vsync_, true, kPriority));
+  if (vsync_) SYMRIG_CHECK(pull_undisturbed(*vsync_, true, kPriority));
   count(*refresh);
-  stage_.show(refresh->begin, screen_.read());
+  stage_.show(refresh->begin, screen_.read(), number_);
+  if (!vsync_) return {};
   std::this_thread::sleep_for(kPulse);
-  SYMRIG_CHECK(pull_undisturbed(vsync_, false, kPriority));
+  SYMRIG_CHECK(pull_undisturbed(*vsync_, false, kPriority));
   return {};
 }
 

@@ -34,6 +34,20 @@ std::vector<ScreenTimeline::Lit> ScreenTimeline::during(Nanoseconds begin, Nanos
   return lit;
 }
 
+Picture ScreenTimeline::at(Nanoseconds time) const {
+  Picture shown;
+  for (const Change& change : changes_)
+    if (change.since <= time) shown = change.pattern;
+  return shown;
+}
+
+std::vector<Nanoseconds> ScreenTimeline::changes_within(Nanoseconds begin, Nanoseconds end) const {
+  std::vector<Nanoseconds> times;
+  for (const Change& change : changes_)
+    if (change.since > begin && change.since < end) times.push_back(change.since);
+  return times;
+}
+
 void ScreenTimeline::forget_before(Nanoseconds time) {
   while (changes_.size() > 1 && changes_[1].since <= time) changes_.pop_front();
 }

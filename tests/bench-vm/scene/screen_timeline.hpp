@@ -30,6 +30,10 @@ class ScreenTimeline {
   /// The pictures on the screen during [begin, end), begin < end. Shares sum to 1, or to less if there was no
   /// picture for a while. A picture that was shown twice appears twice.
   std::vector<Lit> during(Nanoseconds begin, Nanoseconds end) const;
+  /// The picture on the screen at this time.
+  Picture at(Nanoseconds time) const;
+  /// When pictures began, within (begin, end).
+  std::vector<Nanoseconds> changes_within(Nanoseconds begin, Nanoseconds end) const;
   /// Forgets pictures that ended before this time.
   void forget_before(Nanoseconds time);
   /// The newest picture and its number; nullptr before the first.

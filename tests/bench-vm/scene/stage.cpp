@@ -9,15 +9,15 @@
 
 namespace symrig::bench_vm {
 
-void Stage::show(Nanoseconds since, const Picture& picture) {
+void Stage::show(Nanoseconds since, const Picture& picture, std::size_t screen) {
   const std::scoped_lock lock(mutex_);
-  if (timeline_.change(since, picture)) changed_.notify_all();
+  if (screens_.change(screen, since, picture)) changed_.notify_all();
 }
 
 void Stage::show(const std::vector<std::pair<Nanoseconds, Picture>>& changes) {
   const std::scoped_lock lock(mutex_);
   bool changed = false;
-  for (const auto& [since, picture] : changes) changed = timeline_.change(since, picture) || changed;
+  for (const auto& [since, picture] : changes) changed = screens_.change(0, since, picture) || changed;
   if (changed) changed_.notify_all();
 }
 
@@ -48,7 +48,7 @@ std::optional<Error> Stage::failure() {
 
 ScreenTimeline::Lit Stage::newest() {
   const std::scoped_lock lock(mutex_);
-  return timeline_.newest();
+  return screens_.newest();
 }
 
 std::optional<Exposure> Stage::next_exposure(Nanoseconds age, Nanoseconds until) {
@@ -71,8 +71,8 @@ std::optional<Exposure> Stage::next_exposure(Nanoseconds age, Nanoseconds until)
 
 std::vector<ScreenTimeline::Lit> Stage::lit_during(const Exposure& exposure) {
   const std::scoped_lock lock(mutex_);
-  timeline_.forget_before(exposure.begin.time);
-  return timeline_.during(exposure.begin.time, exposure.end.time);
+  screens_.forget_before(exposure.begin.time);
+  return screens_.during(exposure.begin.time, exposure.end.time);
 }
 
 }  // namespace symrig::bench_vm

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "bench-vm/scene/joined_screens.hpp"
 #include "bench-vm/scene/ports.hpp"
-#include "bench-vm/scene/screen_timeline.hpp"
 #include "symrig/base/result.hpp"
 
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -26,8 +27,11 @@ struct Exposure {
 /// Passes events from the watcher threads to the thread that makes frames.
 class Stage {
  public:
-  /// Called by the screen's watcher.
-  void show(Nanoseconds since, const Picture& picture);
+  /// screens: how many light the scene, side by side.
+  explicit Stage(std::size_t screens = 1) : screens_(screens) {}
+
+  /// Called by a screen's watcher.
+  void show(Nanoseconds since, const Picture& picture, std::size_t screen = 0);
   /// Called by the watcher of bit planes: what is shown later, in order of time.
   void show(const std::vector<std::pair<Nanoseconds, Picture>>& changes);
   /// Called by the trigger's watcher.
@@ -53,7 +57,7 @@ class Stage {
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
-  ScreenTimeline timeline_;
+  JoinedScreens screens_;
   std::deque<Exposure> exposures_;
   std::optional<Error> failure_;
   std::atomic<std::uint64_t> exposed_ = 0;

@@ -59,11 +59,13 @@ class TriggerWatch {
   Nanoseconds slowest_{0};
 };
 
-/// Follows the screen: reads it after each refresh, and pulses the vsync line as a projector does.
+/// Follows a screen: reads it after each refresh. The first screen pulses the vsync line as a projector does.
 class RefreshWatch {
  public:
-  /// stage must outlive the watch.  fails: as ScreenReader::open, InputWire::open.
-  static Result<RefreshWatch> open(const BenchPlaces& places, const Placement& placement, Stage& stage);
+  /// screen: its number on the stage, 0 for the first. stage must outlive the watch.
+  /// fails: as ScreenReader::open, InputWire::open.
+  static Result<RefreshWatch> open(const BenchPlaces& places, std::size_t screen, const Placement& placement,
+                                   Stage& stage);
 
   /// Runs until the stage is stopped.
   void run();
@@ -73,13 +75,14 @@ class RefreshWatch {
   std::uint64_t missed() const { return missed_; }
 
  private:
-  RefreshWatch(ScreenReader screen, InputWire vsync, Stage& stage)
-      : screen_(std::move(screen)), vsync_(std::move(vsync)), stage_(stage) {}
+  RefreshWatch(ScreenReader screen, std::size_t number, std::optional<InputWire> vsync, Stage& stage)
+      : screen_(std::move(screen)), number_(number), vsync_(std::move(vsync)), stage_(stage) {}
   Result<void> follow();
   void count(const Refresh& refresh);
 
   ScreenReader screen_;
-  InputWire vsync_;
+  std::size_t number_;
+  std::optional<InputWire> vsync_;
   Stage& stage_;
   std::optional<std::uint64_t> last_;
   std::uint64_t refreshes_ = 0;
