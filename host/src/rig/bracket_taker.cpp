@@ -166,8 +166,9 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
                                                  std::span<const Exposures> exposures) {
   RigSetup fitted = setup;
   CameraProfile& camera = fitted.camera;
-  camera.overlap_time_max = rig::overlap_before(shortest_of(exposures), rig::longest_overlap(camera));
-  const Nanoseconds gap = rig::gap_without_overlap(options_) - camera.overlap_time_max;
+  const Nanoseconds overlap = rig::overlap_before(shortest_of(exposures), rig::longest_overlap(options_));
+  camera.overlap_time_max = std::min(camera.overlap_time_max, overlap);
+  const Nanoseconds gap = rig::gap_without_overlap(options_) - overlap;
   SYMRIG_TRY(const CompiledProgram compiled,
              compile_brackets(fitted, devices_->board().info(), exposures, gap));
   return run(compiled, exposures, nullptr);

@@ -131,7 +131,7 @@ PlaneRules BracketTaker::plane_rules() const {
   rules.refresh = projector.refresh_period();
   rules.settle = std::max(options_.setup.projector.settle, camera.trigger_delay);
   rules.gap = rig::gap_without_overlap(options_);
-  rules.overlap = rig::longest_overlap(camera);
+  rules.overlap = rig::longest_overlap(options_);
   rules.hold = hold_;
   // Frames without noise hold the mean light of the shutter's time, so there must be no dark time in it.
   rules.crosses = !options_.reading->exact();

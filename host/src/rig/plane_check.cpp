@@ -49,14 +49,37 @@ Result<void> check_latency(BracketTaker& taker, const RigOptions& options, Nanos
   return right ? Result<void>() : wrong_latency(taker);
 }
 
-/// Each plane alone, then a dark and a bright shot.
-std::vector<PlaneShot> single_planes(int planes) {
+/// Every `step`-th plane is lit in one picture, from plane 0 to step − 1 on, with a shot in each.
+void add_combs(int step, int planes, std::vector<PlaneShot>& shots) {
+  for (int first = 0; first < step; ++first) {
+    std::uint32_t lit = 0;
+    for (int k = first; k < planes; k += step) lit |= std::uint32_t{1} << static_cast<unsigned>(k);
+    for (int k = first; k < planes; k += step) shots.push_back({k, lit});
+  }
+}
+
+/// Shots that are all bright only if each plane is in its place, then a dark and a bright shot.
+///
+/// A plane alone in its picture takes a refresh. A camera that is ready after n planes takes fewer pictures:
+/// every n-th plane is lit in n of them, and every (n + 1)-th in the next n + 1. What is bright in the place
+/// of plane k in both is k itself, or apart from k by a multiple of n and of n + 1, so by n (n + 1) or more:
+/// there is none.
+std::vector<PlaneShot> shots_for_check(int planes, std::int64_t apart) {
   std::vector<PlaneShot> shots;
-  shots.reserve(static_cast<std::size_t>(planes) + 2);
-  for (int k = 0; k < planes; ++k) shots.push_back({k, std::uint32_t{1} << static_cast<unsigned>(k)});
+  const auto step = static_cast<int>(std::min<std::int64_t>(apart, planes));
+  const bool fewer = 2 * step + 1 < planes && step * (step + 1) >= planes;
+  add_combs(fewer ? step : planes, planes, shots);
+  if (fewer) add_combs(step + 1, planes, shots);
   shots.push_back({planes / 2, 0});
   shots.push_back({planes / 2, (std::uint32_t{1} << static_cast<unsigned>(planes)) - 1});
   return shots;
+}
+
+/// The planes from shot to shot that the check counts with: at least as many as a square of them holds.
+std::int64_t planes_apart(const PlaneRules& rules, Nanoseconds exposure) {
+  std::int64_t apart = planes_between_shots(rules, exposure);
+  while (apart * (apart + 1) < rules.timing.planes) ++apart;
+  return apart;
 }
 
 std::string plane_text(int plane) {
@@ -166,14 +189,15 @@ Result<void> check_planes(BracketTaker& taker, const RigOptions& options, Nanose
     taker.warn("the order of the bit planes was not checked: no exposure of the camera fits into one plane");
     return check_latency(taker, options, longest);
   }
-  SYMRIG_TRY(const auto light, take_shots(taker, options, single_planes(planes), *exposure));
+  const auto shots = shots_for_check(planes, planes_apart(taker.plane_rules(), *exposure));
+  SYMRIG_TRY(const auto light, take_shots(taker, options, shots, *exposure));
   const TotalLight& dark = light[light.size() - 2];
   const TotalLight bright = std::ranges::max(light, {}, &TotalLight::sum);
   const double span = bright.sum - dark.sum;
   const bool enough = span > 0 && span >= kLeastSigmas * bright.sigma;
-  const auto single = std::span(light).first(static_cast<std::size_t>(planes));
+  const auto in_planes = std::span(light).first(light.size() - 2);
   const auto in_place = [&](const TotalLight& one) { return one.sum - dark.sum >= kLeastShare * span; };
-  if (enough && std::ranges::all_of(single, in_place)) return {};
+  if (enough && std::ranges::all_of(in_planes, in_place)) return {};
   if (enough) return refusal(taker, options, *exposure);
   // All shots were dark: their pictures came in other refreshes, or a plane has too little light to see.
   SYMRIG_CHECK(check_latency(taker, options, longest));

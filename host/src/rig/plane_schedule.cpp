@@ -159,6 +159,12 @@ PlanePlan picture_of(const PlaneShot& shot, int number, int bright, int planes) 
 
 }  // namespace
 
+std::int64_t planes_between_shots(const PlaneRules& rules, Nanoseconds exposure) {
+  const PlaneExposure first{0, 0, 1, exposure};
+  const Nanoseconds ready = ready_after(first, rules) - rig::overlap_before(exposure, rules.overlap);
+  return rounded_up(ready - begin_of(first, rules), rules.timing.period);
+}
+
 PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const WantedExposure> wanted, int bright,
                          const PlaneRules& rules) {
   PlaneSchedule out;
@@ -169,6 +175,18 @@ PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const Wante
     const PlaneShot& shot = shots[one.photograph];
     PlaneExposure at{static_cast<std::int64_t>(out.order.size()), shot.plane, 1, one.time};
     const Nanoseconds after = ready - rig::overlap_before(one.time, rules.overlap);
+    if (!out.exposures.empty()) {
+      const PlannedExposure& before = out.exposures.back();
+      at.refresh = before.at.refresh;
+      if (shots[before.what.photograph].lit == shot.lit && shot.plane > before.at.plane &&
+          begin_of(at, rules) >= after) {
+        out.pictures.back()[static_cast<std::size_t>(shot.plane)] = static_cast<int>(one.photograph);
+        out.exposures.push_back({one, at});
+        ready = ready_after(at, rules);
+        continue;
+      }
+      at.refresh = static_cast<std::int64_t>(out.order.size());
+    }
     for (; begin_of(at, rules) < after; at.refresh += rules.hold) out.order.insert(out.order.end(), hold, 0);
     out.order.insert(out.order.end(), hold, out.pictures.size());
     out.pictures.push_back(picture_of(shot, static_cast<int>(one.photograph), bright, rules.timing.planes));

@@ -121,21 +121,21 @@ const RigTrouble& Rig::trouble() const {
   return taker_->trouble();
 }
 
-/// Takes a wide bracket of the flood-lit scene, the shortest frame first. If exposures are planned, it ends
-/// with the first frame that saturates: longer ones show little and cost most of the light.
+/// Takes a wide bracket of the flood-lit scene, the shortest frame first, in a run for each. It ends with the
+/// first frame that saturates: longer ones show little, and would take more time than all others of a short
+/// capture.
 Result<TakenBracket> Rig::metering_bracket(const Exposures& trial) {
   const Pattern flood(grid(), 1, 1.F);
-  const std::size_t at_once = planned() ? 1 : trial.size();
   TakenBracket all;
-  for (std::size_t next = 0; next < trial.size(); next += at_once) {
-    const Exposures some(trial.begin() + static_cast<std::ptrdiff_t>(next),
-                         trial.begin() + static_cast<std::ptrdiff_t>(next + at_once));
-    SYMRIG_TRY(auto taken, taker_->take({&flood, 1}, {&some, 1}));
+  for (const Nanoseconds exposure : trial) {
+    const Exposures one{exposure};
+    SYMRIG_TRY(auto taken, taker_->take({&flood, 1}, {&one, 1}));
     std::ranges::move(taken[0].frames, std::back_inserter(all.frames));
     std::ranges::copy(taken[0].exposures, std::back_inserter(all.exposures));
-    if (!options_.reading->brightest_rate(all.frames.back(), all.exposures.back(), taker_->camera(),
-                                          options_.scale))
-      break;
+    // Frames without noise have no upper end, but stop where a camera's frames would.
+    const auto rate = options_.reading->brightest_rate(all.frames.back(), all.exposures.back(),
+                                                       taker_->camera(), options_.scale);
+    if (!rate || exposure > exposure_for(*rate, 1, taker_->camera().noise())) break;
   }
   return all;
 }

@@ -27,9 +27,12 @@ Nanoseconds gap_without_overlap(const RigOptions& options) {
   return options.gap.value_or(options.setup.camera.readout);
 }
 
-Nanoseconds longest_overlap(const CameraProfile& camera) {
+Nanoseconds longest_overlap(const RigOptions& options) {
+  const CameraProfile& camera = options.setup.camera;
   if (!camera.overlap) return Nanoseconds{0};
-  return std::clamp(camera.readout - kLeastGap, Nanoseconds{0}, camera.overlap_time_max);
+  const Nanoseconds gap = gap_without_overlap(options);
+  const Nanoseconds until_ready = camera.overlap_time_max + gap - camera.readout;
+  return std::max(Nanoseconds{0}, std::min(gap - kLeastGap, until_ready));
 }
 
 Nanoseconds overlap_before(Nanoseconds exposure, Nanoseconds longest) {

@@ -3,7 +3,15 @@
 #include "sim/image_formation.hpp"
 #include "sim/rig_profiles.hpp"
 
+#include <algorithm>
+
 namespace symrig::sim {
+
+namespace {
+
+constexpr Nanoseconds kClockMargin{10'000};  // of stamps that two clocks made
+
+}  // namespace
 
 RigOptions options_of(const SceneUri& uri) {
   RigOptions options;
@@ -15,6 +23,10 @@ RigOptions options_of(const SceneUri& uri) {
   options.name = uri.to_string();
   if (!uri.camera_noise) options.reading = std::make_shared<ExactFrames>();
   options.ledger.guards = 0;  // a camera in virtual time loses no frames at its start
+  options.ledger.readout = std::min(options.ledger.readout, options.setup.camera.readout);
+  // As in a rig file: exposures end so far apart that a stamp fits only one. Without overlap they do anyway.
+  if (options.setup.camera.overlap)
+    options.gap = options.setup.camera.readout + 2 * options.ledger.tolerance + kClockMargin;
   return options;
 }
 

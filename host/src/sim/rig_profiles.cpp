@@ -20,6 +20,8 @@ constexpr std::array kProfiles{
                1e-5, 5e-3, 1, 24},
     RigProfile{"dlpc350-overlap", "as dlpc350, and the camera exposes while it reads out the last frame", 60,
                1e-5, 5e-3, 1, 24, true},
+    RigProfile{"dlpc350-fast", "as dlpc350-overlap, with a camera of 700 frames a second", 60, 1e-5,
+               1.0 / 700, 1, 24, true},
     RigProfile{"dim", "as screen60 with a tenth of the light", 60, 1e-3, 1.0 / 60, 0.1},
 };
 
@@ -53,6 +55,12 @@ RigSetup setup_of(const RigProfile& profile) {
   plane.role = RigRole::plane;
   setup.lines.push_back(plane);
   return setup;
+}
+
+CameraTiming timing_of(const RigProfile& profile) {
+  CameraTiming timing;
+  timing.readout = std::min(timing.readout, duration(profile.readout_seconds));
+  return timing;
 }
 
 }  // namespace symrig::sim

@@ -21,6 +21,9 @@ inline constexpr const char* kPlaneLine = "plane_trigger";
 /// The rig that the board's programs are compiled for.
 RigSetup setup_of(const RigProfile& profile);
 
+/// What the profile's camera says of itself.
+CameraTiming timing_of(const RigProfile& profile);
+
 /// How a simulated rig takes photographs of this scene.
 RigOptions options_of(const SceneUri& uri);
 

@@ -90,7 +90,7 @@ PairCamera PairedRig::make_camera(std::size_t pair, bool planned) {
   const auto dead = dead_pixels(uri.size, uri.dead, combine(0xdead, static_cast<std::uint64_t>(uri.seed)));
   SimulatedCameraSpec spec{tile.grid,
                            uri.channels,
-                           CameraTiming{},
+                           timing_of(profile_of(uri)),
                            NoiseModel::from_electrons({}),
                            dead.empty() ? dead : cut(dead, tile),
                            board_->config().tick_hz};

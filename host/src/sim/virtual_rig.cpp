@@ -96,7 +96,7 @@ std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
   SimulatedCameraSpec spec{bench_.view->camera(),
                            bench_.view->channels(),
-                           CameraTiming{},
+                           timing_of(profile_of(uri_)),
                            NoiseModel::from_electrons({}),
                            dead_pixels(bench_.view->camera(), uri_.dead, key),
                            board_->config().tick_hz};

@@ -3,7 +3,9 @@
 
 #include "symrig/base/random.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -188,6 +190,79 @@ TEST(KnownTransport, patterns_that_are_lit_or_dark_are_no_special_case) {
         ASSERT_NEAR(left_grey[k][at], mean - both.oracle.image(grey[k], channel, i),
                     kEpsilon * (kSums * both.oracle.magnitude(grey[k], channel, i) + std::abs(mean) + size));
       }
+}
+
+/// The ranges of a pattern that is lit or dark.
+LitBlocks blocks_of(const TreePhotograph& photograph) {
+  LitBlocks blocks;
+  for (std::int32_t t = 0; t < std::int32_t{kPixels}; ++t) {
+    if (photograph.pattern[t] == 0) continue;
+    if (blocks.empty() || blocks.back().end != t) blocks.push_back({t, t});
+    blocks.back().end = t + 1;
+  }
+  return blocks;
+}
+
+TEST(KnownTransport, needs_no_image_of_patterns_of_blocks) {
+  Random random(11);
+  Both both;
+  both.fill(random);
+  both.known.remove_leaf(both.leaf(1, both.tree.level(1)[0], both.tree.level(1)[1], random, false));
+  auto before = photographs(20, 12);
+  std::vector<LitBlocks> patterns;
+  std::vector<PagedVector<float>> left;
+  for (TreePhotograph& p : before) {
+    for (float& lit : p.pattern) lit = lit > 0.3F ? 1 : 0;
+    patterns.push_back(blocks_of(p));
+    std::ranges::reverse(patterns.back());  // in any order
+    left.push_back(p.mean);
+  }
+  const std::vector<std::span<float>> means(left.begin(), left.end());
+  both.known.subtract_lit(patterns, means);
+  // Each of the 80 leaves and 60 scalars of a pixel rounds what is left then; a leaf's sum has 20 pixels.
+  constexpr double kEpsilon = 0x1p-24;
+  constexpr double kSums = 20 + 80 + 60 + 2;
+  for (std::size_t k = 0; k < before.size(); ++k)
+    for (std::size_t channel = 0; channel < kChannels; ++channel)
+      for (std::int32_t i = 0; i < std::int32_t{kPixels}; ++i) {
+        const std::size_t at = channel * kPixels + static_cast<std::size_t>(i);
+        const double mean = before[k].mean[at];
+        ASSERT_NEAR(left[k][at], mean - both.oracle.image(before[k], channel, i),
+                    kEpsilon * kSums * (both.oracle.magnitude(before[k], channel, i) + std::abs(mean)));
+      }
+  // One of them alone has the same bits.
+  PagedVector<float> alone = before[7].mean;
+  const std::vector<std::span<float>> one{std::span<float>(alone)};
+  both.known.subtract_lit(std::span(patterns).subspan(7, 1), one);
+  EXPECT_EQ(alone, left[7]);
+}
+
+TEST(LitPixels, are_those_of_the_blocks) {
+  Random random(13);
+  for (const std::size_t pixels : {1U, 63U, 64U, 65U, 200U, 1000U}) {
+    std::vector<char> lit(pixels);
+    LitBlocks blocks;
+    for (std::int32_t begin = 0; begin < static_cast<std::int32_t>(pixels);) {
+      const auto end = std::min<std::int32_t>(static_cast<std::int32_t>(pixels),
+                                              begin + 1 + static_cast<int>(random.bits() % 90));
+      if (random.bits() % 2 == 0) {
+        blocks.push_back({begin, end});
+        std::fill(lit.begin() + begin, lit.begin() + end, 1);
+      }
+      begin = end;
+    }
+    std::ranges::reverse(blocks);
+    const LitPixels found(blocks, pixels);
+    const std::vector<float> ones(pixels, 1);
+    for (std::int32_t t = 0; t < static_cast<std::int32_t>(pixels); ++t) EXPECT_EQ(found[t], lit[t] != 0);
+    for (int k = 0; k < 200; ++k) {
+      const auto begin = static_cast<std::int32_t>(random.bits() % pixels);
+      const auto end = begin + static_cast<std::int32_t>(random.bits() % (pixels - begin + 1));
+      const auto count = std::count(lit.begin() + begin, lit.begin() + end, 1);
+      EXPECT_EQ(found.any(begin, end), count > 0);
+      EXPECT_EQ(found.sum(begin, std::span(ones).first(end - begin)), static_cast<float>(count));
+    }
+  }
 }
 
 TEST(KnownTransport, subtracts_the_same_bits_with_any_number_of_threads) {

@@ -22,19 +22,22 @@ using board_sim::SimPlaneProjector;
 /// A virtual rig in which the projector has faults.
 Result<std::unique_ptr<VirtualRig>> open_with(const std::function<void(SimPlaneProjector::Faults&)>& faults,
                                               const std::string& noise = "camera",
-                                              const std::function<void(RigOptions&)>& options = {}) {
+                                              const std::function<void(RigOptions&)>& options = {},
+                                              const std::string& profile = "dlpc350") {
   VirtualRigHooks hooks;
   hooks.planes = [&](SimPlaneProjector& raster, board_sim::SimBoard& /*board*/) { faults(raster.faults); };
   hooks.options = [&](RigOptions& set) {
     if (options) options(set);
   };
-  return open_virtual_rig("sim:vgroove-textured?size=24x32&profile=dlpc350&noise=" + noise, hooks);
+  return open_virtual_rig(fmt::format("sim:vgroove-textured?size=24x32&profile={}&noise={}", profile, noise),
+                          hooks);
 }
 
 /// In the place of plane k comes plane order[k].
 Result<std::unique_ptr<VirtualRig>> open_in_order(const std::vector<int>& order,
-                                                  const std::string& noise = "camera") {
-  return open_with([&order](SimPlaneProjector::Faults& faults) { faults.order = order; }, noise);
+                                                  const std::string& noise = "camera",
+                                                  const std::string& profile = "dlpc350") {
+  return open_with([&order](SimPlaneProjector::Faults& faults) { faults.order = order; }, noise, {}, profile);
 }
 
 std::vector<int> in_place() {
@@ -72,6 +75,34 @@ TEST(PlaneCheck, any_two_neighbours_that_change_places_are_refused) {
     expect_parts(line, {"in the place of plane " + std::to_string(k) + " came plane " + std::to_string(k + 1),
                         "of plane " + std::to_string(k + 1) + " plane " + std::to_string(k)});
   }
+}
+
+// A camera that is ready after a few planes looks at several planes of a picture.
+TEST(PlaneCheck, any_two_planes_that_change_places_are_refused_with_a_fast_camera) {
+  ASSERT_OK(open_in_order(in_place(), "camera", "dlpc350-fast"));
+  for (std::size_t k = 0; k < 24; ++k)
+    for (std::size_t m = k + 1; m < 24; ++m) {
+      std::vector<int> order = in_place();
+      std::swap(order[k], order[m]);
+      const std::string line = refusal_of(open_in_order(order, "off", "dlpc350-fast"));
+      expect_parts(line,
+                   {fmt::format("in the place of plane {} came plane {}, of plane {} plane {}", k, m, m, k)});
+    }
+  // Steps between the planes that a picture lights, too.
+  for (int shift = 1; shift < 24; ++shift) {
+    std::vector<int> order = in_place();
+    for (int& plane : order) plane = (plane + shift) % 24;
+    refusal_of(open_in_order(order, "off", "dlpc350-fast"));
+  }
+}
+
+// Metering, 8 dark photographs, the check in 11 or 19 pictures and the first photograph.
+TEST(PlaneCheck, takes_less_time_with_a_faster_camera) {
+  const auto opening = [](const char* profile) {
+    const auto opened = open_with([](SimPlaneProjector::Faults&) {}, "camera", {}, profile);
+    return opened ? (*opened)->rig().cost().rig_seconds : 0;
+  };
+  EXPECT_LT(opening("dlpc350-fast"), opening("dlpc350") - 8.0 / 60);
 }
 
 TEST(PlaneCheck, another_order_of_colours_is_refused_with_the_key_that_names_it) {

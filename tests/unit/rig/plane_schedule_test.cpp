@@ -213,5 +213,34 @@ TEST(PlaneShots, are_alone_in_their_refreshes_and_keep_the_cameras_gap) {
   }
 }
 
+// Two shots of one picture are as far apart as the camera needs, and no farther.
+TEST(PlaneShots, share_a_picture_when_it_lights_the_planes_of_both) {
+  PlaneRules rule = rules();
+  rule.gap = 2ms;
+  const Nanoseconds exposure = longest_in_one_plane(rule);
+  const std::int64_t apart = planes_between_shots(rule, exposure);
+  EXPECT_EQ(apart, 5);  // 0.67 and 2 ms, and a quarter of a plane before an edge, in planes of 0.684 ms
+  constexpr std::uint32_t kLit = 0b100001000010000100001;  // every fifth
+  const std::vector<PlaneShot> shots{{0, kLit},  {5, kLit},  {10, kLit}, {14, kLit},
+                                     {15, kLit}, {20, kLit}, {1, 2}};
+  std::vector<WantedExposure> wanted;
+  for (std::size_t k = 0; k < shots.size(); ++k) wanted.push_back({k, 0, exposure});
+  const PlaneSchedule planned = plan_shots(shots, wanted, 9, rule);
+  const std::vector<std::int64_t> refreshes{0, 0, 0, 1, 2, 2, 3};
+  ASSERT_EQ(planned.exposures.size(), shots.size());
+  for (std::size_t k = 0; k < shots.size(); ++k) {
+    EXPECT_EQ(planned.exposures[k].at.plane, shots[k].plane);
+    EXPECT_EQ(planned.exposures[k].at.refresh, refreshes[k]) << k;
+    if (k == 0) continue;
+    EXPECT_GE(begin(planned.exposures[k].at, rule),
+              begin(planned.exposures[k - 1].at, rule) + apart * rule.timing.period);
+  }
+  const std::size_t first = planned.order[0];
+  for (int k = 0; k < 24; ++k) {
+    const bool own = k == 0 || k == 5 || k == 10;
+    EXPECT_EQ(planned.pattern(first, k), own ? k / 5 : k == 15 || k == 20 ? 9 : kBlackPlane) << k;
+  }
+}
+
 }  // namespace
 }  // namespace symrig::plane_schedule_test

@@ -100,8 +100,8 @@ class KnownTransport {
 
   /// The same for patterns of lit blocks, which need no image. Only leaves that a pattern lights cost time,
   /// so a few photographs take as little time each as many. The values of one do not depend on the others.
-  /// means: one a pattern, [channel][pixel].  error: n ε Σ|b| for each leaf's sum over n lit pixels, else as
-  /// above.
+  /// means: one a pattern, [channel][pixel].  error: (n + 2) ε of |mean| + Σ|a| |b|' p, n: pixels of a leaf,
+  /// and leaves and scalars of a pixel.
   void subtract_lit(std::span<const LitBlocks> patterns, std::span<const std::span<float>> means) const;
 
   /// How often something was removed or handed out to be changed: what was subtracted at an equal count only
