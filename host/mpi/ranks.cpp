@@ -15,13 +15,13 @@ namespace symrig::mpi {
 namespace {
 
 /// MPI counts in int.
-constexpr std::size_t kMost = std::size_t{1} << 28;
+constexpr std::size_t kMostAtOnce = std::size_t{1} << 28;
 
 template <class T>
 void add_up_values(std::span<T> values, MPI_Datatype type, bool first) {
-  for (std::size_t begin = 0; begin < values.size(); begin += kMost) {
+  for (std::size_t begin = 0; begin < values.size(); begin += kMostAtOnce) {
     T* const part = values.data() + begin;
-    const int size = static_cast<int>(std::min(kMost, values.size() - begin));
+    const int size = static_cast<int>(std::min(kMostAtOnce, values.size() - begin));
     MPI_Reduce(first ? MPI_IN_PLACE : part, first ? part : nullptr, size, type, MPI_SUM, 0, MPI_COMM_WORLD);
   }
 }
@@ -43,9 +43,9 @@ Ranks Ranks::world() {
 }
 
 void Ranks::broadcast_bytes(std::span<std::byte> bytes, int from) {
-  for (std::size_t begin = 0; begin < bytes.size(); begin += kMost)
-    MPI_Bcast(bytes.data() + begin, static_cast<int>(std::min(kMost, bytes.size() - begin)), MPI_BYTE, from,
-              MPI_COMM_WORLD);
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kMostAtOnce)
+    MPI_Bcast(bytes.data() + begin, static_cast<int>(std::min(kMostAtOnce, bytes.size() - begin)), MPI_BYTE,
+              from, MPI_COMM_WORLD);
 }
 
 void Ranks::broadcast_text(std::string& text, int from) const {
@@ -65,17 +65,17 @@ void Ranks::add_up(std::span<double> values) const {
 
 void Ranks::add_up_for_all(std::span<double> values) const {
   if (count_ == 1) return;
-  for (std::size_t begin = 0; begin < values.size(); begin += kMost)
+  for (std::size_t begin = 0; begin < values.size(); begin += kMostAtOnce)
     MPI_Allreduce(MPI_IN_PLACE, values.data() + begin,
-                  static_cast<int>(std::min(kMost, values.size() - begin)), MPI_DOUBLE, MPI_SUM,
+                  static_cast<int>(std::min(kMostAtOnce, values.size() - begin)), MPI_DOUBLE, MPI_SUM,
                   MPI_COMM_WORLD);
 }
 
 void Ranks::hand_to_first(std::span<float> values, int from) const {
   if (from == 0 || (rank_ != 0 && rank_ != from)) return;
   constexpr int kTag = 1;
-  for (std::size_t begin = 0; begin < values.size(); begin += kMost) {
-    const int size = static_cast<int>(std::min(kMost, values.size() - begin));
+  for (std::size_t begin = 0; begin < values.size(); begin += kMostAtOnce) {
+    const int size = static_cast<int>(std::min(kMostAtOnce, values.size() - begin));
     if (rank_ == from)
       MPI_Send(values.data() + begin, size, MPI_FLOAT, 0, kTag, MPI_COMM_WORLD);
     else

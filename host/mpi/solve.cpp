@@ -194,10 +194,10 @@ Result<void> check(const TransportOperator& transport, const Image<float>& wante
   if (std::all_of(wanted.values().begin(), wanted.values().end(), [](float v) { return v <= 0; }))
     return Error{ErrorCode::bad_value, "the wanted picture is dark everywhere, so its light is 0",
                  "give a picture in radiance per unit of projector light"};
-  constexpr double kMost = 1e6;  // far beyond any projector, and far from where floats end
-  if (!(options.most > 0 && options.most <= kMost))
+  constexpr double kMostLight = 1e6;  // far beyond any projector, and far from where floats end
+  if (!(options.most > 0 && options.most <= kMostLight))
     return Error{ErrorCode::bad_argument,
-                 fmt::format("the largest light {} is not between 0 and {:g}", options.most, kMost),
+                 fmt::format("the largest light {} is not between 0 and {:g}", options.most, kMostLight),
                  "1 is full light"};
   if (!(options.tolerance > 0 && options.tolerance < 1))
     return Error{ErrorCode::bad_argument,

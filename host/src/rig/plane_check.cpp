@@ -4,9 +4,12 @@
 #include "rig/plane_shots.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -58,28 +61,40 @@ void add_combs(int step, int planes, std::vector<PlaneShot>& shots) {
   }
 }
 
-/// Shots that are all bright only if each plane is in its place, then a dark and a bright shot.
-///
-/// A plane alone in its picture takes a refresh. A camera that is ready after n planes takes fewer pictures:
-/// every n-th plane is lit in n of them, and every (n + 1)-th in the next n + 1. What is bright in the place
-/// of plane k in both is k itself, or apart from k by a multiple of n and of n + 1, so by n (n + 1) or more:
-/// there is none.
-std::vector<PlaneShot> shots_for_check(int planes, std::int64_t apart) {
+/// Shots in each plane, alone in its picture or in combs, then a dark and a bright shot.
+std::vector<PlaneShot> shots_in_combs(int planes, std::span<const int> steps) {
   std::vector<PlaneShot> shots;
-  const auto step = static_cast<int>(std::min<std::int64_t>(apart, planes));
-  const bool fewer = 2 * step + 1 < planes && step * (step + 1) >= planes;
-  add_combs(fewer ? step : planes, planes, shots);
-  if (fewer) add_combs(step + 1, planes, shots);
+  for (const int step : steps) add_combs(step, planes, shots);
   shots.push_back({planes / 2, 0});
   shots.push_back({planes / 2, (std::uint32_t{1} << static_cast<unsigned>(planes)) - 1});
   return shots;
 }
 
-/// The planes from shot to shot that the check counts with: at least as many as a square of them holds.
-std::int64_t planes_apart(const PlaneRules& rules, Nanoseconds exposure) {
-  std::int64_t apart = planes_between_shots(rules, exposure);
-  while (apart * (apart + 1) < rules.timing.planes) ++apart;
-  return apart;
+std::size_t refreshes_of(std::span<const PlaneShot> shots, const PlaneRules& rules, Nanoseconds exposure) {
+  std::vector<WantedExposure> wanted;
+  for (std::size_t k = 0; k < shots.size(); ++k) wanted.push_back({k, 0, exposure});
+  return plan_shots(shots, wanted, 0, rules).order.size();
+}
+
+/// Shots that are all bright only if each plane is in its place.
+///
+/// A plane alone in its picture takes a refresh. A camera that is ready after some planes may take fewer
+/// pictures: n, in which every n-th plane is lit, then n + 1 with every (n + 1)-th. What is bright in the
+/// place of plane k in both is k itself, or apart from k by a multiple of n and of n + 1, so by n (n + 1) or
+/// more: there is none.
+std::vector<PlaneShot> shots_for_check(const PlaneRules& rules, Nanoseconds exposure) {
+  const int planes = rules.timing.planes;
+  std::vector<PlaneShot> best = shots_in_combs(planes, std::array{planes});
+  std::size_t least = refreshes_of(best, rules, exposure);
+  for (int step = 1; 2 * step + 1 < planes; ++step) {
+    if (step * (step + 1) < planes) continue;
+    std::vector<PlaneShot> shots = shots_in_combs(planes, std::array{step, step + 1});
+    const std::size_t refreshes = refreshes_of(shots, rules, exposure);
+    if (refreshes >= least) continue;
+    least = refreshes;
+    best = std::move(shots);
+  }
+  return best;
 }
 
 std::string plane_text(int plane) {
@@ -183,13 +198,12 @@ std::optional<Nanoseconds> exposure_in_one_plane(const BracketTaker& taker, cons
 }  // namespace
 
 Result<void> check_planes(BracketTaker& taker, const RigOptions& options, Nanoseconds longest) {
-  const int planes = taker.projector().planes().planes;
   const auto exposure = exposure_in_one_plane(taker, options, longest);
   if (!exposure) {
     taker.warn("the order of the bit planes was not checked: no exposure of the camera fits into one plane");
     return check_latency(taker, options, longest);
   }
-  const auto shots = shots_for_check(planes, planes_apart(taker.plane_rules(), *exposure));
+  const auto shots = shots_for_check(taker.plane_rules(), *exposure);
   SYMRIG_TRY(const auto light, take_shots(taker, options, shots, *exposure));
   const TotalLight& dark = light[light.size() - 2];
   const TotalLight bright = std::ranges::max(light, {}, &TotalLight::sum);

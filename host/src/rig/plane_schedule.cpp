@@ -159,12 +159,6 @@ PlanePlan picture_of(const PlaneShot& shot, int number, int bright, int planes) 
 
 }  // namespace
 
-std::int64_t planes_between_shots(const PlaneRules& rules, Nanoseconds exposure) {
-  const PlaneExposure first{0, 0, 1, exposure};
-  const Nanoseconds ready = ready_after(first, rules) - rig::overlap_before(exposure, rules.overlap);
-  return rounded_up(ready - begin_of(first, rules), rules.timing.period);
-}
-
 PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const WantedExposure> wanted, int bright,
                          const PlaneRules& rules) {
   PlaneSchedule out;

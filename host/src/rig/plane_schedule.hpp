@@ -81,9 +81,6 @@ struct PlaneShot {
   bool is_lit() const { return (lit >> static_cast<unsigned>(plane) & 1U) != 0; }
 };
 
-/// From a shot to the next one of the same picture, at least, in planes.
-std::int64_t planes_between_shots(const PlaneRules& rules, Nanoseconds exposure);
-
 /// Schedules shots, with black pictures where no shot is. Shots one after the other that light the same
 /// planes share a picture if the camera is ready in time, others have pictures of their own.
 /// `what.photograph` of an exposure is the number of its shot, and its pattern. The other bright planes of
