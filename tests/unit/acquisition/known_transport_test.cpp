@@ -237,6 +237,57 @@ TEST(KnownTransport, needs_no_image_of_patterns_of_blocks) {
   EXPECT_EQ(alone, left[7]);
 }
 
+// Half a million pixels: few photographs go another way than many. Nine of them are many.
+TEST(KnownTransport, few_large_photographs_lose_the_same_light_as_many) {
+  constexpr Grid kLarge{1024, 512};
+  constexpr std::size_t kAll = 1024 * 512, kCount = 9;
+  Random random(17);
+  const BlockTree tree(kLarge);
+  KnownTransport known(tree, 2);
+  const auto blocks = tree.level(5);
+  std::vector<std::int32_t> leaves_of(kAll), scalars_of(kAll);
+  const auto add_some = [&](int count) {
+    for (int k = 0; k < count; ++k) {
+      const Block& i = blocks[random.bits() % blocks.size()];
+      const Block& j = blocks[random.bits() % blocks.size()];
+      known.add_leaf(i.begin, i.end, j.begin, j.end, 5,
+                     signed_values(random, 2 * static_cast<std::size_t>(i.size() + j.size())));
+      for (std::int32_t t = i.begin; t < i.end; ++t) ++leaves_of[t];
+      for (std::int32_t t = j.begin; t < j.end; ++t) ++leaves_of[t];
+      const auto row = static_cast<std::int32_t>(random.bits() % kAll);
+      known.add_scalar(row, j.begin, signed_values(random, 2));
+    }
+  };
+  add_some(300);
+  known.remove_leaf(7);
+  const KnownTransport::Mark mark = known.mark();
+  add_some(40);
+  std::vector<TreePhotograph> many(kCount);
+  for (TreePhotograph& p : many) {
+    p.pattern.assign(kAll, 0);
+    for (float& lit : p.pattern) lit = static_cast<float>(random.uniform());
+    p.mean = signed_values(random, 2 * kAll);
+  }
+  std::vector<TreePhotograph> few(many.begin(), many.begin() + 2), since = few;
+  std::vector<TreePhotograph> many_since = many;
+  known.subtract_from(many);
+  known.subtract_from(few);
+  known.subtract_from(many_since, mark);
+  known.subtract_from(since, mark);
+  // Both round sums of 512 pixels, and each leaf and scalar of a pixel what is left: at most 40 here. A leaf
+  // gives at most Σ|b| p ≤ 512 times |a| ≤ 1.
+  constexpr double kEpsilon = 0x1p-24;
+  const auto most = *std::max_element(leaves_of.begin(), leaves_of.end());
+  ASSERT_LE(most, 40);
+  const double bound = 2 * kEpsilon * (512 + 2 * 40) * (1 + 512.0 * most + 40);
+  for (std::size_t k = 0; k < few.size(); ++k)
+    for (std::size_t at = 0; at < 2 * kAll; ++at) {
+      ASSERT_NEAR(few[k].mean[at], many[k].mean[at], bound);
+      ASSERT_NEAR(since[k].mean[at], many_since[k].mean[at], bound);
+    }
+  EXPECT_NE(few[0].mean, since[0].mean);
+}
+
 TEST(LitPixels, are_those_of_the_blocks) {
   Random random(13);
   for (const std::size_t pixels : {1U, 63U, 64U, 65U, 200U, 1000U}) {

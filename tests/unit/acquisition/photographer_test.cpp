@@ -5,6 +5,7 @@
 #include "dense_scene.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
@@ -182,6 +183,47 @@ TEST(Photographer, a_user_who_stops_it_gets_no_further_batch) {
   ASSERT_FALSE(taken.ok());
   EXPECT_EQ(taken.error().code, ErrorCode::interrupted);
   EXPECT_EQ(probe.threads.size(), 1U);
+}
+
+/// Photographs of 1.4 million pixels, of one grey level each.
+class LargeProbe final : public Probe {
+ public:
+  Grid grid() const override { return {1000, 1400}; }
+  int channels() const override { return 1; }
+  ProbeCost cost() const override { return {}; }
+  std::string describe() const override { return "large"; }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    std::vector<Radiance> answers;
+    for (std::size_t k = 0; k < patterns.size(); ++k)
+      answers.push_back({Image<float>(grid(), 1, static_cast<float>(++taken_)), Image<float>(grid(), 1, 1),
+                         Image<std::uint8_t>(grid(), 1, 1)});
+    return answers;
+  }
+
+ private:
+  int taken_ = 0;
+};
+
+// Sixteen of them would be 291 MB. So few are handed on at a time, each once and in their order.
+TEST(Photographer, hands_on_few_large_photographs_at_a_time) {
+  LargeProbe probe;
+  const BlockTree tree(probe.grid());
+  Photographer photographer(probe, nullptr, tree, {});
+  EXPECT_TRUE(photographer.hands_on_few());
+  const std::vector<LitBlocks> patterns(20, LitBlocks{{0, 1}});
+  std::vector<float> seen;
+  std::size_t most = 0;
+  ASSERT_TRUE(photographer.take("large", patterns, [&](std::int64_t first, std::span<TreePhotograph> some) {
+    EXPECT_EQ(first, std::ssize(seen));
+    for (const TreePhotograph& one : some) seen.push_back(one.mean[1'000'000]);
+    most = std::max(most, some.size());
+  }));
+  EXPECT_EQ(most, 4U);
+  for (std::size_t k = 0; k < patterns.size(); ++k) EXPECT_EQ(seen.at(k), static_cast<float>(k + 1));
+
+  WatchedProbe small(1);
+  const BlockTree of_small(small.grid());
+  EXPECT_FALSE(Photographer(small, nullptr, of_small, {}).hands_on_few());
 }
 
 }  // namespace

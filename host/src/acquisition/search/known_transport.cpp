@@ -70,7 +70,14 @@ void KnownTransport::release() {
   ++rewritten_;
 }
 
+// Sixteen lanes of so many pixels are 32 MiB, which no cache holds. With half of the lanes empty, photographs
+// one by one read and write less.
+constexpr std::size_t kManyPixels = std::size_t{1} << 19;
+constexpr std::size_t kFewPhotographs = tensor::kBatch / 2;
+
 void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
+  if (photographs.size() <= kFewPhotographs && tree_.order().size() >= kManyPixels)
+    return subtract_each(photographs, since);
   const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
   const std::size_t channels = channels_;
   tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
@@ -202,27 +209,65 @@ void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::si
   }
 }
 
+/// One channel of one photograph is one task, so its sums have one order.
+template <class Task>
+void KnownTransport::for_channels(std::span<const std::span<float>> means, const Task& task) const {
+  const std::size_t channels = channels_, pixels = tree_.order().size();
+  tbb::parallel_for(std::size_t{0}, means.size() * channels, [&](std::size_t k) {
+    const std::size_t channel = k % channels;
+    task(k / channels, channel, means[k / channels].data() + channel * pixels);
+  });
+}
+
+void KnownTransport::subtract_each(std::span<TreePhotograph> photographs, const Mark& since) const {
+  std::vector<std::span<float>> means;
+  for (TreePhotograph& photograph : photographs) means.emplace_back(photograph.mean);
+  for_runs(since.leaves, [&](const LeafRun& run) {
+    for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
+      subtract_run(run, photographs[k].pattern.data(), channel, mean);
+    });
+  });
+  for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
+    const float* const pattern = photographs[k].pattern.data();
+    for (std::size_t n = since.scalars; n < scalars_.size(); ++n) {
+      const auto [row, col] = scalars_[n];
+      const float value = scalar_values_[n * static_cast<std::size_t>(channels_) + channel];
+      mean[row] -= value * pattern[col];
+      if (row != col) mean[col] -= value * pattern[row];
+    }
+  });
+}
+
+void KnownTransport::subtract_run(const LeafRun& run, const float* pattern, std::size_t channel,
+                                  float* mean) const {
+  for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
+    if (leaf.removed) continue;
+    const auto rows = static_cast<std::size_t>(leaf.rows());
+    const auto cols = static_cast<std::size_t>(leaf.cols());
+    const float* const a =
+        run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
+    const float* const b = a + rows;
+    const float seen = tensor::dot(b, pattern + leaf.col_begin, cols);
+    if (seen != 0) tensor::add_scaled(-seen, a, mean + leaf.row_begin, rows);
+    if (leaf.diagonal()) continue;
+    const float back = tensor::dot(a, pattern + leaf.row_begin, rows);
+    if (back != 0) tensor::add_scaled(-back, b, mean + leaf.col_begin, cols);
+  }
+}
+
 void KnownTransport::subtract_lit(std::span<const LitBlocks> patterns,
                                   std::span<const std::span<float>> means) const {
   const std::size_t pixels = tree_.order().size();
   std::vector<LitPixels> all;
   all.reserve(patterns.size());
   for (const LitBlocks& blocks : patterns) all.emplace_back(blocks, pixels);
-  // A task is one channel of one photograph, so its sums have one order.
-  const std::size_t channels = channels_;
-  const auto for_tasks = [&](const auto& task) {
-    tbb::parallel_for(std::size_t{0}, patterns.size() * channels, [&](std::size_t k) {
-      const std::size_t channel = k % channels;
-      task(all[k / channels], channel, means[k / channels].data() + channel * pixels);
-    });
-  };
   for_runs(0, [&](const LeafRun& run) {
-    for_tasks([&](const LitPixels& lit, std::size_t channel, float* mean) {
-      subtract_lit_run(run, lit, channel, mean);
+    for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
+      subtract_lit_run(run, all[k], channel, mean);
     });
   });
-  for_tasks([&](const LitPixels& lit, std::size_t channel, float* mean) {
-    subtract_lit_scalars(lit, channel, mean);
+  for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
+    subtract_lit_scalars(all[k], channel, mean);
   });
 }
 

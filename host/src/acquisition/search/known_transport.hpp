@@ -93,7 +93,8 @@ class KnownTransport {
 
   /// mean −= T_known · pattern, sixteen photographs to one pass over the factors: what is left is the light
   /// of unknown transport.  error: rounding as TransportTensor::apply.  Bit-equal for any number of threads.
-  /// [Garg06 §5, eq. 6]
+  /// A few large photographs go without the sixteen lanes, which would be mostly empty; then the error is
+  /// that of subtract_lit().  [Garg06 §5, eq. 6]
   void subtract_from(std::span<TreePhotograph> photographs) const { subtract_from(photographs, {}); }
   /// The same for what was added since `since` alone.
   void subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const;
@@ -127,6 +128,11 @@ class KnownTransport {
   /// run(LeafRun) for all leaves from `first` on, in their order.
   template <class Run>
   void for_runs(std::size_t first, const Run& run) const;
+  /// task(photograph, channel, its mean) for each channel of each photograph, in parallel.
+  template <class Task>
+  void for_channels(std::span<const std::span<float>> means, const Task& task) const;
+  void subtract_each(std::span<TreePhotograph> photographs, const Mark& since) const;
+  void subtract_run(const LeafRun& run, const float* pattern, std::size_t channel, float* mean) const;
   void subtract_lit_run(const LeafRun& run, const LitPixels& lit, std::size_t channel, float* mean) const;
   void subtract_lit_scalars(const LitPixels& lit, std::size_t channel, float* mean) const;
   std::size_t end_of_run(std::size_t first) const;

@@ -275,10 +275,17 @@ void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
                                       std::span<TreePhotograph> photographs) {
   const Round& round = rounds_[r];
   add_shift_variance(facts_.tree, kNotDescribed * facts_.residual_shift, photographs);
-  found_.known.subtract_from(photographs);
   const auto shots = std::span(round.shots).subspan(first - round.first, photographs.size());
+  const auto means = means_of(photographs);
+  if (photographer_.hands_on_few()) {
+    std::vector<LitBlocks> patterns;
+    for (const Shot& shot : shots) patterns.push_back(lit_ranges(shot));
+    found_.known.subtract_lit(patterns, means);
+  } else {
+    found_.known.subtract_from(photographs);
+  }
   for (std::size_t other = 0; other < rounds_.size(); ++other)
-    if (other != r) subtract_measured(rounds_[other].tested, shots, means_of(photographs));
+    if (other != r) subtract_measured(rounds_[other].tested, shots, means);
   record(round.tested, shots, photographs);
   // Blocks with themselves are tested in the first round: its photographs hold their direct light.
   if (r == 0 && facts_.options.economy.direct_share > 0)

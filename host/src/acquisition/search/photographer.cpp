@@ -19,7 +19,9 @@ constexpr std::size_t kBatchBytes =
     std::size_t{32} << 20;  // two batches are in flight: one is photographed, the one before is used
 constexpr std::size_t kLargestBatch = 32;
 
-constexpr std::size_t kPoolBytes = std::size_t{256} << 20;  // photographs that are worked on at once
+// Photographs that are worked on at once: a batch or two of the kernels if they fit, else few.
+constexpr std::size_t kPoolBytes = std::size_t{256} << 20;
+constexpr std::size_t kFew = 4;
 
 /// Mean, variance and validity.
 std::size_t photograph_bytes(Grid grid, int channels) {
@@ -153,7 +155,7 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
   const std::int64_t number = taken_;
   std::size_t used = 0;
   std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
-  const std::span<TreePhotograph> pool = this->pool(patterns.size());
+  const std::span<TreePhotograph> pool = this->pool(std::min(handed_on(), patterns.size()));
   const auto in_tree_order = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     for (std::size_t next = 0; next < answers.size();) {
       const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
@@ -191,18 +193,22 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
   return take_batches(stage, patterns, in_tree_order);
 }
 
-std::span<TreePhotograph> Photographer::pool(std::size_t wanted) const {
+std::size_t Photographer::handed_on() const {
   const std::size_t bytes =
       tree_.order().size() * (sizeof(float) + (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_));
-  const std::size_t batches =
-      std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(bytes, 1) / tensor::kBatch, 1, 2);
-  const std::size_t size = std::min(batches * tensor::kBatch, wanted);
+  const std::size_t fit = kPoolBytes / std::max<std::size_t>(bytes, 1);
+  if (fit < tensor::kBatch) return kFew;
+  return std::min<std::size_t>(fit / tensor::kBatch, 2) * tensor::kBatch;
+}
+
+std::span<TreePhotograph> Photographer::pool(std::size_t size) const {
   if (pool_.size() < size) pool_.resize(size);
   return std::span(pool_).first(size);
 }
 
 Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use) const {
-  const auto pool = this->pool(static_cast<std::size_t>(count));
+  const auto pool =
+      this->pool(std::min(std::max(handed_on(), tensor::kBatch), static_cast<std::size_t>(count)));
   tbb::enumerable_thread_specific<LoggedPhotograph> logged;
   for (std::int64_t begin = first; begin < first + count; begin += std::ssize(pool)) {
     const auto some = pool.first(std::min<std::int64_t>(std::ssize(pool), first + count - begin));

@@ -8,6 +8,7 @@
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/tensor/block_tree.hpp"
+#include "tensor/kernels.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -68,6 +69,10 @@ class Photographer {
   /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
 
+  /// True if photographs are so large that take() hands on fewer than a batch of the kernels at a time. Then
+  /// work on a batch would be work for photographs that are not there (KnownTransport::subtract_lit).
+  bool hands_on_few() const { return handed_on() < tensor::kBatch; }
+
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
   /// Foresees patterns from number `first` on, one for each of `previews`, whose memory is used again.
@@ -110,7 +115,8 @@ class Photographer {
                 const MakePreviews& preview) const;
   Result<std::vector<Radiance>> measure(const Batch& batch);
   bool plans_next(std::size_t photographs) const;
-  std::span<TreePhotograph> pool(std::size_t wanted) const;
+  std::size_t handed_on() const;
+  std::span<TreePhotograph> pool(std::size_t size) const;
 
   Probe& probe_;
   const PhotographLog* log_;
