@@ -79,6 +79,7 @@ Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, s
     preview(first, previews);
   }
   batch.expected = forecaster_->expect(patterns, previews);
+  if (hands_on_few()) previews_ = {};  // their memory is worth more than the time to get it again
   return batch;
 }
 

@@ -75,7 +75,8 @@ class Photographer {
 
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
-  /// Foresees patterns from number `first` on, one for each of `previews`, whose memory is used again.
+  /// Foresees patterns from number `first` on, one for each of `previews`. What they hold already is memory
+  /// to be used again.
   using MakePreviews = std::function<void(std::size_t first, std::span<Preview> previews)>;
   /// Takes photographs and hands them on as they come, some at a time. preview is asked where it matters.
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
