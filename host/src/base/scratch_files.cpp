@@ -68,8 +68,9 @@ std::optional<std::filesystem::path> ScratchFiles::folder_for(std::size_t more) 
   if (!budget) return std::nullopt;
   const auto wanted = static_cast<std::int64_t>(more);
   // As planned, and as it is: freed memory that the heap keeps counts too.
-  const bool planned = in_memory + wanted <= std::max<std::int64_t>(budget->bytes - budget->unpaged, 0) / 2;
-  if (planned && anonymous_memory() + wanted <= budget->bytes / 4 * 3) return std::nullopt;
+  const bool planned =
+      in_memory + wanted <= std::max<std::int64_t>(budget->bytes - budget->unpaged, 0) * 2 / 5;
+  if (planned && anonymous_memory() + wanted <= budget->bytes / 3 * 2) return std::nullopt;
   return budget->folder;
 }
 

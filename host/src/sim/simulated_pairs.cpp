@@ -186,7 +186,7 @@ Result<std::unique_ptr<SimulatedPairs>> open_simulated_pairs(std::string_view ur
 }
 
 Result<std::unique_ptr<SimulatedPairs>> open_simulated_pairs(std::vector<LinkedPair> pairs, ViewLayout layout,
-                                                             PairLink::KeepWaiting keep_waiting,
+                                                             const PairLink::KeepWaiting& keep_waiting,
                                                              SimulatedPairHooks hooks) {
   if (std::ssize(pairs) != layout.count() || pairs.empty())
     return Error{ErrorCode::bad_argument,

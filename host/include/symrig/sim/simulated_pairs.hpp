@@ -51,7 +51,7 @@ struct LinkedPair {
 /// frames. A lost pair is connected again.
 /// fails: also bad_argument (a pair simulates another scene, or has another place in the layout).
 Result<std::unique_ptr<SimulatedPairs>> open_simulated_pairs(std::vector<LinkedPair> pairs, ViewLayout layout,
-                                                             PairLink::KeepWaiting keep_waiting,
+                                                             const PairLink::KeepWaiting& keep_waiting,
                                                              SimulatedPairHooks hooks = {});
 
 /// One pair of open_simulated_pairs(), to be served. pair: its place in the layout, from 0.
