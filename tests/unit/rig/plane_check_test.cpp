@@ -96,13 +96,13 @@ TEST(PlaneCheck, any_two_planes_that_change_places_are_refused_with_a_fast_camer
   }
 }
 
-// Metering, 8 dark photographs, the check in 11 or 19 pictures and the first photograph.
+// The check takes 13 refreshes instead of 26. Metering and dark photographs are no slower.
 TEST(PlaneCheck, takes_less_time_with_a_faster_camera) {
   const auto opening = [](const char* profile) {
     const auto opened = open_with([](SimPlaneProjector::Faults&) {}, "camera", {}, profile);
     return opened ? (*opened)->rig().cost().rig_seconds : 0;
   };
-  EXPECT_LT(opening("dlpc350-fast"), opening("dlpc350") - 8.0 / 60);
+  EXPECT_LT(opening("dlpc350-fast"), opening("dlpc350") - 12.0 / 60);
 }
 
 TEST(PlaneCheck, another_order_of_colours_is_refused_with_the_key_that_names_it) {

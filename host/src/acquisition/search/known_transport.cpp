@@ -70,27 +70,25 @@ void KnownTransport::release() {
   ++rewritten_;
 }
 
+namespace {
+
 // Sixteen lanes of so many pixels are 32 MiB, which no cache holds. With half of the lanes empty, photographs
 // one by one read and write less.
 constexpr std::size_t kManyPixels = std::size_t{1} << 19;
 constexpr std::size_t kFewPhotographs = tensor::kBatch / 2;
 
-void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
-  if (photographs.size() <= kFewPhotographs && tree_.order().size() >= kManyPixels)
-    return subtract_each(photographs, since);
-  const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
-  const std::size_t channels = channels_;
-  tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
-    const std::size_t first = task / channels * kBatch;
-    subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels,
-                   since);
-  });
-}
-
-namespace {
-
 constexpr std::size_t kRun =
     256;  // pixels whose sixteen lanes stay in the first cache while they are sorted in or out
+
+/// A pattern of any values, one a pixel.
+struct DensePattern {
+  const float* values;
+
+  float operator[](std::int32_t t) const { return values[t]; }
+  float sum(std::int32_t begin, std::span<const float> factors) const {
+    return tensor::dot(factors.data(), values + begin, factors.size());
+  }
+};
 
 /// Which photographs light a pixel; empty if a pixel is neither lit nor dark. In words of one size, so that
 /// compilers make vectors of it.
@@ -219,81 +217,62 @@ void KnownTransport::for_channels(std::span<const std::span<float>> means, const
   });
 }
 
-void KnownTransport::subtract_each(std::span<TreePhotograph> photographs, const Mark& since) const {
-  std::vector<std::span<float>> means;
-  for (TreePhotograph& photograph : photographs) means.emplace_back(photograph.mean);
+template <class Pattern>
+void KnownTransport::subtract_each(std::span<const Pattern> patterns, std::span<const std::span<float>> means,
+                                   const Mark& since) const {
   for_runs(since.leaves, [&](const LeafRun& run) {
     for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
-      subtract_run(run, photographs[k].pattern.data(), channel, mean);
+      for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
+        if (leaf.removed) continue;
+        const std::size_t rows = leaf.rows(), cols = leaf.cols();
+        const float* const a =
+            run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
+        const float* const b = a + rows;
+        const float forward = patterns[k].sum(leaf.col_begin, {b, cols});
+        if (forward != 0) tensor::add_scaled(-forward, a, mean + leaf.row_begin, rows);
+        const float back = leaf.diagonal() ? 0 : patterns[k].sum(leaf.row_begin, {a, rows});
+        if (back != 0) tensor::add_scaled(-back, b, mean + leaf.col_begin, cols);
+      }
     });
   });
   for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
-    const float* const pattern = photographs[k].pattern.data();
     for (std::size_t n = since.scalars; n < scalars_.size(); ++n) {
       const auto [row, col] = scalars_[n];
       const float value = scalar_values_[n * static_cast<std::size_t>(channels_) + channel];
-      mean[row] -= value * pattern[col];
-      if (row != col) mean[col] -= value * pattern[row];
+      mean[row] -= value * static_cast<float>(patterns[k][col]);
+      if (row != col) mean[col] -= value * static_cast<float>(patterns[k][row]);
     }
   });
 }
 
-void KnownTransport::subtract_run(const LeafRun& run, const float* pattern, std::size_t channel,
-                                  float* mean) const {
-  for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
-    if (leaf.removed) continue;
-    const auto rows = static_cast<std::size_t>(leaf.rows());
-    const auto cols = static_cast<std::size_t>(leaf.cols());
-    const float* const a =
-        run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
-    const float* const b = a + rows;
-    const float seen = tensor::dot(b, pattern + leaf.col_begin, cols);
-    if (seen != 0) tensor::add_scaled(-seen, a, mean + leaf.row_begin, rows);
-    if (leaf.diagonal()) continue;
-    const float back = tensor::dot(a, pattern + leaf.row_begin, rows);
-    if (back != 0) tensor::add_scaled(-back, b, mean + leaf.col_begin, cols);
-  }
-}
-
 void KnownTransport::subtract_lit(std::span<const LitBlocks> patterns,
                                   std::span<const std::span<float>> means) const {
-  const std::size_t pixels = tree_.order().size();
-  std::vector<LitPixels> all;
-  all.reserve(patterns.size());
-  for (const LitBlocks& blocks : patterns) all.emplace_back(blocks, pixels);
-  for_runs(0, [&](const LeafRun& run) {
-    for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
-      subtract_lit_run(run, all[k], channel, mean);
-    });
-  });
-  for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
-    subtract_lit_scalars(all[k], channel, mean);
-  });
+  std::vector<LitPixels> lit;
+  lit.reserve(patterns.size());
+  for (const LitBlocks& blocks : patterns) lit.emplace_back(blocks, tree_.order().size());
+  subtract_each(std::span<const LitPixels>(lit), means, {});
 }
 
-void KnownTransport::subtract_lit_run(const LeafRun& run, const LitPixels& lit, std::size_t channel,
-                                      float* mean) const {
-  for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
-    if (leaf.removed) continue;
-    const auto rows = static_cast<std::size_t>(leaf.rows());
-    const auto cols = static_cast<std::size_t>(leaf.cols());
-    const float* const a =
-        run.factors + static_cast<std::size_t>(leaf.factors) - run.begin + channel * (rows + cols);
-    const float* const b = a + rows;
-    if (lit.any(leaf.col_begin, leaf.col_end))
-      tensor::add_scaled(-lit.sum(leaf.col_begin, {b, cols}), a, mean + leaf.row_begin, rows);
-    if (!leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end))
-      tensor::add_scaled(-lit.sum(leaf.row_begin, {a, rows}), b, mean + leaf.col_begin, cols);
+void KnownTransport::subtract_few(std::span<TreePhotograph> photographs, const Mark& since) const {
+  std::vector<DensePattern> patterns;
+  std::vector<std::span<float>> means;
+  for (TreePhotograph& photograph : photographs) {
+    patterns.push_back({photograph.pattern.data()});
+    means.emplace_back(photograph.mean);
   }
+  subtract_each(std::span<const DensePattern>(patterns), means, since);
 }
 
-void KnownTransport::subtract_lit_scalars(const LitPixels& lit, std::size_t channel, float* mean) const {
-  for (std::size_t k = 0; k < scalars_.size(); ++k) {
-    const auto [row, col] = scalars_[k];
-    const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
-    if (lit[col]) mean[row] -= value;
-    if (row != col && lit[row]) mean[col] -= value;
-  }
+void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
+  if (photographs.size() <= kFewPhotographs && tree_.order().size() >= kManyPixels)
+    return subtract_few(photographs, since);
+  const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
+  const std::size_t channels = channels_;
+  tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
+    const std::size_t first = task / channels * kBatch;
+    subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels,
+                   since);
+  });
 }
 
 void KnownTransport::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel,

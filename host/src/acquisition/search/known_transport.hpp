@@ -131,10 +131,11 @@ class KnownTransport {
   /// task(photograph, channel, its mean) for each channel of each photograph, in parallel.
   template <class Task>
   void for_channels(std::span<const std::span<float>> means, const Task& task) const;
-  void subtract_each(std::span<TreePhotograph> photographs, const Mark& since) const;
-  void subtract_run(const LeafRun& run, const float* pattern, std::size_t channel, float* mean) const;
-  void subtract_lit_run(const LeafRun& run, const LitPixels& lit, std::size_t channel, float* mean) const;
-  void subtract_lit_scalars(const LitPixels& lit, std::size_t channel, float* mean) const;
+  /// patterns: LitPixels, or what has its sum() and [].
+  template <class Pattern>
+  void subtract_each(std::span<const Pattern> patterns, std::span<const std::span<float>> means,
+                     const Mark& since) const;
+  void subtract_few(std::span<TreePhotograph> photographs, const Mark& since) const;
   std::size_t end_of_run(std::size_t first) const;
   void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const;
 

@@ -53,6 +53,7 @@ std::int32_t LitPixels::before(std::int32_t t) const {
 float LitPixels::sum(std::int32_t begin, std::span<const float> values) const {
   const std::int32_t end = begin + static_cast<std::int32_t>(values.size());
   float sum = 0;
+  if (!any(begin, end)) return sum;
   auto r = std::ranges::upper_bound(blocks_, begin, {}, &LitRange::end);
   for (; r != blocks_.end() && r->begin < end; ++r) {
     const std::int32_t from = std::max(begin, r->begin), to = std::min(end, r->end);
