@@ -61,11 +61,18 @@ void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c
     const auto r_of = node.diagonal() ? c_of : r.subspan(at * cols, cols);
     estimates_.append(c_of.begin(), c_of.end());
     if (!node.diagonal()) estimates_.append(r_of.begin(), r_of.end());
-    const double s = 0.5 * (sum(c_of) + sum(r_of));
+    const double s = 0.5 * (light(c_of, block(row)) + light(r_of, block(col)));
     const double floor = std::sqrt(std::max(energy(c_of), energy(r_of)));
     sums_.push_back({std::max(s, floor), c_noise[at].variance, r_noise[at].variance});
   }
   nodes_.push_back(node);
+}
+
+double NodeLevel::light(std::span<const float> image, const Block& of) const {
+  if (of.children == 0) return std::abs(sum(image));
+  double light = 0;
+  for (int k = 0; k < of.children; ++k) light += std::abs(sum(part(image, of, child(of, k))));
+  return light;
 }
 
 std::int64_t NodeLevel::evidence_size(const Node& node) const {

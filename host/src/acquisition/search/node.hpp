@@ -37,8 +37,10 @@ struct PairNoise {
 
 /// One channel of an estimate: sums and noise that the rank test needs.
 struct EstimateSums {
-  double s =
-      0;  ///< (Σc + Σr)/2, kept ≥ |c|, |r| as it is for transport ≥ 0, so that noise cannot blow up c r'/s
+  /// (Σc + Σr)/2, each Σ the sum of |Σ over a child|, and kept ≥ |c|, |r|. For transport ≥ 0 these are plain
+  /// sums, and greater anyway. Noise and errors of other leaves have both signs, and add up to almost nothing
+  /// over a block. A plain sum would blow up c r'/s by the root of the block's size.
+  double s = 0;
   float c_noise = 0;  ///< Σ variance of c
   float r_noise = 0;
 };
@@ -109,6 +111,8 @@ class NodeLevel {
   const PairNoise& z_noise(const Node& node, int a, int b, int channel) const;
 
  private:
+  /// Sum over children of |Σ over the child|; of a block without children |Σ|.
+  double light(std::span<const float> image, const Block& of) const;
   float gain(const Node& node, Side lit, int slot, int channel) const;
   std::size_t y_offset(const Node& node, int slot, int channel) const;
   std::size_t z_offset(const Node& node, int slot, int channel) const;
