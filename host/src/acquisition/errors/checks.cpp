@@ -136,7 +136,7 @@ Result<void> Checks::visit_sets(const Photographer& photographer, const UseSet& 
   };
   for (const LogRange& range : further_ranges_)
     for (std::int64_t first = range.first; first < range.last; first += kFurther)
-      SYMRIG_CHECK(photographer.read(first, kFurther, use_read));
+      SYMRIG_CHECK(photographer.read(first, kFurther, use_read, kFurther));
   return {};
 }
 

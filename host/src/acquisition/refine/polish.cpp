@@ -156,11 +156,13 @@ void Polish::weigh_all(std::span<TreePhotograph> photographs) const {
 Result<void> Polish::visit(const Use& use) const {
   Result<void> all;
   for (const LogRange& range : all_.ranges) {
-    const Result<void> mine = photographer_.read(range.first, range.last - range.first,
-                                                 [&](std::int64_t, std::span<TreePhotograph> photographs) {
-                                                   if (all) all = team_.all({});
-                                                   if (all) use(photographs);
-                                                 });
+    const Result<void> mine = photographer_.read(
+        range.first, range.last - range.first,
+        [&](std::int64_t, std::span<TreePhotograph> photographs) {
+          if (all) all = team_.all({});
+          if (all) use(photographs);
+        },
+        tensor::kBatch);
     if (all && !mine) all = team_.all(mine);
     if (!all) break;
   }

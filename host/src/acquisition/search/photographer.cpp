@@ -207,9 +207,9 @@ std::span<TreePhotograph> Photographer::pool(std::size_t size) const {
   return std::span(pool_).first(size);
 }
 
-Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use) const {
-  const auto pool =
-      this->pool(std::min(std::max(handed_on(), tensor::kBatch), static_cast<std::size_t>(count)));
+Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use,
+                                std::size_t fewest) const {
+  const auto pool = this->pool(std::min(std::max(handed_on(), fewest), static_cast<std::size_t>(count)));
   tbb::enumerable_thread_specific<LoggedPhotograph> logged;
   for (std::int64_t begin = first; begin < first + count; begin += std::ssize(pool)) {
     const auto some = pool.first(std::min<std::int64_t>(std::ssize(pool), first + count - begin));

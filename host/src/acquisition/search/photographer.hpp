@@ -83,8 +83,9 @@ class Photographer {
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
                     const MakePreviews& preview = {});
 
-  /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
-  Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
+  /// Reads photographs [first, first + count) again, some at a time: at least `fewest`, as long as there are
+  /// so many.  fails: as PhotographLog, bad_value.
+  Result<void> read(std::int64_t first, std::int64_t count, const Use& use, std::size_t fewest = 1) const;
   /// Frees the photographs whose memory is kept for the next time.
   void free_pool() {
     pool_ = {};
