@@ -18,28 +18,22 @@ namespace {
 /// So many patterns go to the other ranks at once: T is read once for as many.
 constexpr std::size_t kTogether = 16;
 
-/// Pictures of one grid, one after another.
-std::vector<float> joined(std::span<const Image<float>> pictures) {
-  std::vector<float> values;
-  values.reserve(pictures.size() * pictures[0].values().size());
-  for (const Image<float>& picture : pictures)
-    values.insert(values.end(), picture.values().begin(), picture.values().end());
-  return values;
+// Pictures go one by one: a megabyte at a time stays in the caches, and needs no memory of its own
+// (docs/benchmarks/machines.md, "What the exchanges cost").
+
+/// On the first rank.
+void send(const Ranks& ranks, std::span<const Image<float>> pictures) {
+  for (const Image<float>& picture : pictures) ranks.send(picture.values());
 }
 
-void split(std::span<const float> values, std::span<Image<float>> pictures) {
-  for (Image<float>& picture : pictures) {
-    std::copy_n(values.begin(), picture.values().size(), picture.values().begin());
-    values = values.subspan(picture.values().size());
-  }
+/// On the others.
+void receive(const Ranks& ranks, std::span<Image<float>> pictures) {
+  for (Image<float>& picture : pictures) ranks.broadcast(picture.values());
 }
 
 /// The sum over the ranks, on the first one.
 void add_up(const Ranks& ranks, std::span<Image<float>> pictures) {
-  if (pictures.size() == 1) return ranks.add_up(pictures[0].values());
-  std::vector<float> values = joined(pictures);
-  ranks.add_up(values);
-  if (ranks.first()) split(values, pictures);
+  for (Image<float>& picture : pictures) ranks.add_up(picture.values());
 }
 
 Result<std::vector<Image<float>>> photographs(const TransportTensor& share,
@@ -98,11 +92,11 @@ class Helper {
     return true;
   }
 
-  Result<void> photographs_of(std::size_t count) const {
-    std::vector<Image<float>> patterns(count, Image<float>(tensor_.projector_grid()));
-    std::vector<float> values(count * patterns[0].values().size());
-    ranks_.broadcast(std::span(values));
-    split(values, patterns);
+  Result<void> photographs_of(std::size_t count) {
+    const Grid grid = tensor_.projector_grid();
+    if (patterns_.size() < count || patterns_[0].grid() != grid) patterns_.assign(count, Image<float>(grid));
+    const auto patterns = std::span(patterns_).first(count);
+    receive(ranks_, patterns);
     SYMRIG_TRY(std::vector<Image<float>> mine, photographs(tensor_, patterns));
     add_up(ranks_, mine);
     return {};
@@ -110,7 +104,7 @@ class Helper {
 
   Result<void> adjoint() const {
     Image<float> picture(tensor_.camera_grid(), tensor_.channels());
-    ranks_.broadcast(picture.values());
+    receive(ranks_, {&picture, 1});
     SYMRIG_TRY(Image<float> mine, tensor_.adjoint(picture));
     add_up(ranks_, std::span(&mine, 1));
     return {};
@@ -118,6 +112,7 @@ class Helper {
 
   Ranks ranks_;
   TransportTensor tensor_;
+  std::vector<Image<float>> patterns_;  ///< the memory of those that came last
 };
 
 }  // namespace
@@ -147,8 +142,7 @@ Result<std::vector<Image<float>>> DealtTransport::apply_batch(std::span<const Im
   for (std::size_t first = 0; first < patterns.size(); first += kTogether) {
     const auto batch = patterns.subspan(first, std::min(kTogether, patterns.size() - first));
     Together product(ranks_, {Request::photographs, static_cast<std::int32_t>(batch.size())});
-    std::vector<float> values = joined(batch);
-    ranks_.broadcast(std::span(values));
+    send(ranks_, batch);
     SYMRIG_TRY(std::vector<Image<float>> mine, photographs(share_.scene.tensor, batch));
     add_up(ranks_, mine);
     product.done();
@@ -161,8 +155,7 @@ Result<Image<float>> DealtTransport::adjoint(const Image<float>& picture) const 
   if (picture.grid() != camera_grid() || picture.channels() != channels())
     return share_.scene.tensor.adjoint(picture);  // its error
   Together product(ranks_, {Request::adjoint});
-  Image<float> sent = picture;
-  ranks_.broadcast(sent.values());
+  send(ranks_, {&picture, 1});
   SYMRIG_TRY(Image<float> light, share_.scene.tensor.adjoint(picture));
   add_up(ranks_, std::span(&light, 1));
   product.done();

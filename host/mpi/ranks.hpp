@@ -31,6 +31,13 @@ class Ranks {
   void broadcast_value(T& value, int from = 0) const {
     broadcast(std::span(&value, 1), from);
   }
+  /// On the first rank, what broadcast() is on the others: they get these values.
+  template <class T>
+  void send(std::span<const T> values) const {
+    const auto bytes = std::as_bytes(values);
+    // MPI reads there: its C interface has no const.
+    broadcast_bytes({const_cast<std::byte*>(bytes.data()), bytes.size()}, 0);
+  }
   void broadcast_text(std::string& text, int from = 0) const;
 
   /// The first rank gets Σ over the ranks, value by value, in place; the others keep theirs.
