@@ -46,7 +46,9 @@ def fill(path, gib):
             leaves["range"][first:last] = numpy.stack([row * pixels, (row + 1) * pixels, col * pixels, (col + 1) * pixels], 1)
             leaves["rank"][first:last] = 1
             leaves["level"][first:last] = LEVEL
-            leaves["factors"][first * 2 * pixels : last * 2 * pixels] = draw.random((last - first) * 2 * pixels, numpy.float32) + 1
+            # The bits of half-precision numbers from 1 to 2, evenly: ten times as fast as to draw and round them.
+            bits = draw.integers(0x3C00, 0x4000, (last - first) * 2 * pixels, numpy.uint16)
+            leaves["factors"][first * 2 * pixels : last * 2 * pixels] = bits.view(numpy.float16)
             leaves["exponents"][2 * first : 2 * last] = -12
     return count
 

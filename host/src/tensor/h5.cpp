@@ -226,15 +226,18 @@ Handle open_group(hid_t file, const std::string& path) {
   return {H5Gopen2(file, path.c_str(), access.id()), H5Gclose};
 }
 
-Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, hsize_t count, void* data) {
+Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, const Shape& run,
+                      void* data) {
   const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
   const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
   if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
     return broken(name, "has the wrong type");
-  if (count == 0) return {};
+  if (count(run) == 0) return {};
+  Shape begin(run.size());
+  begin[0] = first;
   const Handle from(H5Dget_space(dataset.id()), H5Sclose);
-  const Handle to(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  if (H5Sselect_hyperslab(from.id(), H5S_SELECT_SET, &first, nullptr, &count, nullptr) < 0 ||
+  const Handle to(H5Screate_simple(static_cast<int>(run.size()), run.data(), nullptr), H5Sclose);
+  if (H5Sselect_hyperslab(from.id(), H5S_SELECT_SET, begin.data(), nullptr, run.data(), nullptr) < 0 ||
       H5Dread(dataset.id(), type, to.id(), from.id(), H5P_DEFAULT, data) < 0)
     return broken(name, "fails its checksum or cannot be read");
   return {};

@@ -140,11 +140,16 @@ Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::siz
                        std::uint64_t file_bytes);
 Result<void> read_into(hid_t place, const char* name, hid_t type, void* data);
 
-/// Reads values [first, first + count) of a dataset of one dimension.
-Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, hsize_t count, void* data);
+/// Reads values [first, first + count) of a dataset of one dimension, or such rows of one of two.
+Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, const Shape& run, void* data);
 template <class T>
 Result<void> read_run(hid_t place, const char* name, std::size_t first, std::span<T> to) {
-  return read_run(place, name, native<T>(), first, to.size(), to.data());
+  return read_run(place, name, native<T>(), first, {to.size()}, to.data());
+}
+/// to: whole rows of `width` values.
+template <class T>
+Result<void> read_rows(hid_t place, const char* name, std::size_t first, std::size_t width, std::span<T> to) {
+  return read_run(place, name, native<T>(), first, {to.size() / width, width}, to.data());
 }
 
 template <class T>

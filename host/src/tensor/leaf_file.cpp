@@ -37,6 +37,29 @@ Result<void> check_sizes(std::span<const Leaf> leaves, const Head& head, std::si
   return {};
 }
 
+/// Some leaves of the list. All at once would need twice the memory of the leaves.
+class LeafRun {
+ public:
+  static constexpr std::size_t kMost = std::size_t{1} << 20;  ///< whole chunks of the file
+
+  Result<void> read(hid_t file, std::size_t first, std::size_t count) {
+    range_.resize(4 * count);
+    rank_.resize(count);
+    level_.resize(count);
+    SYMRIG_CHECK(h5::read_rows<std::int32_t>(file, "leaves/range", first, 4, range_));
+    SYMRIG_CHECK(h5::read_run<std::int32_t>(file, "leaves/rank", first, rank_));
+    return h5::read_run<std::int32_t>(file, "leaves/level", first, level_);
+  }
+  std::size_t size() const { return rank_.size(); }
+  Leaf leaf(std::size_t k) const {
+    const std::int32_t* const r = &range_[4 * k];
+    return {r[0], r[1], r[2], r[3], rank_[k], level_[k]};
+  }
+
+ private:
+  std::vector<std::int32_t> range_, rank_, level_;
+};
+
 /// The largest magnitude of a column; none if it is no number that a file may hold.
 std::optional<double> largest_of_column(std::span<const Half> column, std::int32_t exponent) {
   if (exponent < -200 || exponent > 200) return std::nullopt;
@@ -105,20 +128,23 @@ Result<void> check_part(const PartValues& values, const PartRange& part, std::sp
 
 Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head, const Trees& trees) {
   const hid_t file = source.file.id();
-  h5::Shape s;
-  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
-  if (s[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
-  const std::size_t n = s[0];
-  SYMRIG_TRY(const auto rank, h5::read_dataset<std::int32_t>(file, "leaves/rank", 1, source.bytes, s));
-  SYMRIG_TRY(const auto level, h5::read_dataset<std::int32_t>(file, "leaves/level", 1, source.bytes, s));
-  if (rank.size() != n || level.size() != n) return damaged("the datasets in 'leaves' differ in length");
+  constexpr std::size_t kNumber = sizeof(std::int32_t);
+  SYMRIG_TRY(const h5::Shape range, h5::shape_of(file, "leaves/range", 2, kNumber, source.bytes));
+  if (range[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
+  const std::size_t n = range[0];
+  SYMRIG_TRY(const h5::Shape rank, h5::shape_of(file, "leaves/rank", 1, kNumber, source.bytes));
+  SYMRIG_TRY(const h5::Shape level, h5::shape_of(file, "leaves/level", 1, kNumber, source.bytes));
+  if (rank[0] != n || level[0] != n) return damaged("the datasets in 'leaves' differ in length");
   std::vector<Leaf> leaves;
   leaves.reserve(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::int32_t* const r = &range[4 * k];
-    leaves.push_back({r[0], r[1], r[2], r[3], rank[k], level[k]});
-    if (!leaf_in_place(leaves.back(), head, trees)) return breaks_rules(k);
-  }
+  LeafRun run;
+  do {
+    SYMRIG_CHECK(run.read(file, leaves.size(), std::min(n - leaves.size(), LeafRun::kMost)));
+    for (std::size_t k = 0; k < run.size(); ++k) {
+      leaves.push_back(run.leaf(k));
+      if (!leaf_in_place(leaves.back(), head, trees)) return breaks_rules(leaves.size() - 1);
+    }
+  } while (leaves.size() < n);
   const std::size_t value_bytes = head.version == 1 ? sizeof(float) : sizeof(Half);
   SYMRIG_TRY(const h5::Shape values, h5::shape_of(file, "leaves/factors", 1, value_bytes, source.bytes));
   h5::Shape exponents{0};
