@@ -240,7 +240,8 @@ TEST(KnownTransport, needs_no_image_of_patterns_of_blocks) {
 // Half a million pixels: few photographs go another way than many. Nine of them are many.
 TEST(KnownTransport, few_large_photographs_lose_the_same_light_as_many) {
   constexpr Grid kLarge{1024, 512};
-  constexpr std::size_t kAll = 1024 * 512, kCount = 9;
+  constexpr auto kAll = static_cast<std::size_t>(kLarge.size());
+  constexpr std::size_t kCount = 9;
   Random random(17);
   const BlockTree tree(kLarge);
   KnownTransport known(tree, 2);

@@ -226,5 +226,30 @@ TEST(Photographer, hands_on_few_large_photographs_at_a_time) {
   EXPECT_FALSE(Photographer(small, nullptr, of_small, {}).hands_on_few());
 }
 
+TEST(Photographer, reads_few_large_photographs_at_a_time_unless_more_are_asked_for) {
+  LargeProbe probe;
+  const BlockTree tree(probe.grid());
+  const auto log = make_memory_log(probe.grid(), probe.channels());
+  constexpr std::int64_t kTaken = 9;
+  const Pattern dark(probe.grid());
+  for (std::int64_t k = 0; k < kTaken; ++k)
+    ASSERT_TRUE(log->append(dark, probe.measure({&dark, 1})->front(), {}));
+  Photographer photographer(probe, log.get(), tree, {});
+  const auto sizes = [&](std::size_t fewest) {
+    std::vector<std::size_t> handed_on;
+    float next = 1;
+    const auto use = [&](std::int64_t first, std::span<TreePhotograph> some) {
+      EXPECT_EQ(first, static_cast<std::int64_t>(next) - 1);
+      for (const TreePhotograph& one : some) EXPECT_EQ(one.mean[1'000'000], next++);
+      handed_on.push_back(some.size());
+    };
+    EXPECT_TRUE(photographer.read(0, kTaken, use, fewest));
+    return handed_on;
+  };
+  EXPECT_EQ(sizes(1), (std::vector<std::size_t>{4, 4, 1}));
+  EXPECT_EQ(sizes(6), (std::vector<std::size_t>{6, 3}));
+  EXPECT_EQ(sizes(16), (std::vector<std::size_t>{9}));
+}
+
 }  // namespace
 }  // namespace symrig::photographer_test

@@ -126,9 +126,8 @@ class PolishTeamTest : public testing::Test {
     const auto blocks = bench_.tree.level(2);
     for (std::size_t i = 0; i < blocks.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
-        std::vector<float> factors;
-        for (std::int32_t t = 0; t < blocks[i].size() + blocks[j].size(); ++t)
-          factors.push_back(static_cast<float>(0.01 + 0.04 * random.uniform()));
+        std::vector<float> factors(static_cast<std::size_t>(blocks[i].size() + blocks[j].size()));
+        for (float& factor : factors) factor = static_cast<float>(0.01 + 0.04 * random.uniform());
         bench_.known.add_leaf(blocks[i].begin, blocks[i].end, blocks[j].begin, blocks[j].end, 2, factors);
       }
     for (std::int32_t t = 0; t < std::int32_t{kPixels}; ++t) {
@@ -273,11 +272,11 @@ TEST_F(PolishTeamTest, parts_differ_from_the_whole_by_the_stated_rounding) {
           std::vector<TreePhotograph> left(photographs.begin(), photographs.end());
           for (TreePhotograph& one : left) one.mean.assign(kPixels, 0.F);
           start.subtract_from(left);
-          for (std::size_t k = 0; k < left.size(); ++k)
+          for (TreePhotograph& one : left)
             for (std::size_t t = 0; t < kPixels; ++t) {
-              float& w = left[k].variance[t];
+              float& w = one.variance[t];
               w = static_cast<float>(1 / (static_cast<double>(w) + 1e-6));
-              seen += static_cast<double>(w) * std::pow(left[k].mean[t], 2);
+              seen += static_cast<double>(w) * std::pow(one.mean[t], 2);
             }
           for (std::size_t first = 0; first < left.size(); first += 16)
             batches.emplace_back(
