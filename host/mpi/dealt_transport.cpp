@@ -18,7 +18,7 @@ namespace {
 /// So many patterns go to the other ranks at once: T is read once for as many.
 constexpr std::size_t kTogether = 16;
 
-// Pictures go one by one: a megabyte at a time stays in the caches, and needs no memory of its own
+// Pictures go one by one. All in one message would need memory of their own and copies, and leave the caches
 // (docs/benchmarks/machines.md, "What the exchanges cost").
 
 /// On the first rank.

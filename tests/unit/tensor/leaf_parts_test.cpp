@@ -116,6 +116,34 @@ TEST_F(LeafParts, parts_have_all_leaves_once) {
   EXPECT_EQ(end.first_column + end.columns, columns);
 }
 
+// The list of leaves is read in runs of a million. Here the last run has three.
+TEST_F(LeafParts, a_list_of_several_runs_is_read_as_it_was_written) {
+  constexpr std::size_t kLeaves = (std::size_t{1} << 20) + 3;
+  constexpr int kLevel = 6;  // blocks of four pixels
+  const BlockTree tree(kGrid);
+  TensorBuilder builder(tree, 1);
+  builder.pack_leaves();
+  const std::vector<float> factors(8, 0.5F);
+  const auto blocks = tree.level(kLevel);
+  std::size_t added = 0;
+  for (std::size_t i = 1; added < kLeaves; ++i)
+    for (std::size_t j = 0; j < i && added < kLeaves; ++j, ++added)
+      builder.add_leaf(blocks[i].begin, blocks[i].end, blocks[j].begin, blocks[j].end, 1, kLevel, factors);
+  const TransportTensor tensor = std::move(builder).finish();
+  ASSERT_TRUE(save_scene(file(), {tensor, "{}", {}}).ok());
+  const auto read = load_scene(file(), {.memory = 1});
+  ASSERT_TRUE(read.ok());
+  const auto numbers = [](const TransportTensor& of) {
+    std::vector<std::int32_t> all;
+    for (const Leaf& leaf : of.leaves())
+      all.insert(all.end(),
+                 {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level});
+    return all;
+  };
+  ASSERT_EQ(tensor.leaves().size(), kLeaves);
+  EXPECT_TRUE(numbers(read->tensor) == numbers(tensor));
+}
+
 TEST_F(LeafParts, a_tensor_left_in_its_file_gives_the_same_bits) {
   for (const bool symmetric : {true, false}) {
     const auto [kept, left] = stored(large_tensor(symmetric, symmetric ? 1 : 3));

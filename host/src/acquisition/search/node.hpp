@@ -37,9 +37,9 @@ struct PairNoise {
 
 /// One channel of an estimate: sums and noise that the rank test needs.
 struct EstimateSums {
-  /// (Σc + Σr)/2, each Σ the sum of |Σ over a child|, and kept ≥ |c|, |r|. For transport ≥ 0 these are plain
-  /// sums, and greater anyway. Noise and errors of other leaves have both signs, and add up to almost nothing
-  /// over a block. A plain sum would blow up c r'/s by the root of the block's size.
+  /// (Σc + Σr)/2, each Σ the sum of |Σ over a child|, and kept ≥ |c|, |r|. For transport ≥ 0 this is the
+  /// plain sum. Noise and errors of other leaves have both signs, and add up to almost nothing over a block:
+  /// with a plain sum, c r'/s would be too large by up to the root of the block's size.
   double s = 0;
   float c_noise = 0;  ///< Σ variance of c
   float r_noise = 0;
