@@ -17,6 +17,8 @@ import unicodedata
 
 CLEAR = "\r\x1b[K"
 RIG = "sim:gummy?size=112x112&noise=off"
+# Its planes have too little light for the check of their order.
+DIM_PLANES = "sim:vgroove-white?size=4x4&light=0.001&profile=dlpc350"
 
 
 def set_columns(terminal, columns):
@@ -35,13 +37,13 @@ def read_some(terminal):
         return b""
 
 
-def updates_of(symrig, columns, later_columns):
+def updates_of(symrig, columns, later_columns, rig=RIG):
     """What was written line by line, each with the width that the terminal had when it was asked last."""
     with tempfile.TemporaryDirectory() as folder:
         child, terminal = pty.fork()
         if child == 0:
             os.chdir(folder)
-            os.execv(symrig, [symrig, "capture", "--rig", RIG, "-o", "a.h5", "--json", "a.json"])
+            os.execv(symrig, [symrig, "capture", "--rig", rig, "-o", "a.h5", "--json", "a.json"])
         set_columns(terminal, columns)
         text, resized_at = b"", None
         while True:
@@ -82,6 +84,16 @@ def check(symrig, columns, later_columns):
     return shown
 
 
+def check_warning(symrig):
+    """What the rig warns of stands before the forecast, where a person can still stop, and again in the result."""
+    text, _, code = updates_of(symrig, 120, 120, DIM_PLANES)
+    assert code == 0, (code, text)
+    warning = "warning: the order of the bit planes was not checked: the light of one plane is too little for the camera\r\n"
+    early, late = text.find(CLEAR + "symrig capture: " + warning), text.rfind(warning)
+    forecast = text.find("on the rig's clock")
+    assert 0 <= early < forecast < late, text
+
+
 def main():
     symrig = os.path.abspath(sys.argv[1])
     wide = check(symrig, 120, 100)
@@ -89,6 +101,7 @@ def main():
     narrow = check(symrig, 42, 30)
     assert any("about" in line for line in narrow), narrow
     check(symrig, 30, 12)
+    check_warning(symrig)
 
 
 if __name__ == "__main__":

@@ -203,6 +203,8 @@ std::string memory_text(const CaptureJob& job, const OpenedRig& rig) {
 Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
   Meter meter("capture", "photographs");
   if (const std::string text = memory_text(job, rig); !text.empty()) meter.say(text);
+  // The result repeats them. A person may want to stop before the light of hours.
+  for (const std::string& warning : rig.trouble().warnings) meter.say("warning: " + warning);
   job.options.foretell = [&meter](const CaptureForecast& forecast) {
     meter.say(fmt::format("about {} on the rig's clock, {} photographs", duration(forecast.rig_seconds),
                           grouped(static_cast<double>(forecast.patterns))));
