@@ -4,6 +4,8 @@
 #include "symrig/hdr/response_file.hpp"
 
 #include <cmath>
+#include <string>
+#include <utility>
 
 namespace symrig::test::merge_test {
 namespace {
@@ -128,6 +130,45 @@ TEST_F(Merge, an_exposure_that_the_photographs_contradict_is_named) {
       << outcome.err;
   EXPECT_EQ(json("m.json").at("warnings").size(), 1U);
   EXPECT_TRUE(json("m.json").at("ratios").at(2).at("wrong").get<bool>());
+}
+
+/// Two measurements of one scene with other noise differ as their variances say.
+TEST_F(Merge, frames_that_a_rig_took_of_a_scene_measure_the_camera_and_are_merged) {
+  const auto merged = [&](const std::string& seed) {
+    const std::string kept = "kept" + seed, picture = "r" + seed + ".exr", variance = "v" + seed + ".exr";
+    EXPECT_EQ(symrig({"calibrate", "--sensor", "--rig", "sim:vgroove-textured?size=64x64&noise_seed=" + seed,
+                      "--keep", kept, "-o", "sensor" + seed + ".toml"})
+                  .code,
+              0);
+    const Outcome outcome =
+        symrig({"merge", kept, "-o", picture, "--variance", variance, "--json", "m" + seed + ".json"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    const nlohmann::json j = json("m" + seed + ".json");
+    EXPECT_EQ(j.at("units"), "electrons per second");
+    EXPECT_GT(j.at("frames").size(), 10U);
+    return std::pair(read_image(path(picture)), read_image(path(variance)));
+  };
+  const auto [first, first_variance] = merged("1");
+  const auto [second, second_variance] = merged("2");
+  ASSERT_TRUE(first.ok() && second.ok() && first_variance.ok() && second_variance.ok());
+  // Each measures the gain for itself, so one factor between the two is unknown.
+  double sum = 0, other = 0;
+  for (const float value : first->values()) sum += static_cast<double>(value);
+  for (const float value : second->values()) other += static_cast<double>(value);
+  EXPECT_NEAR(sum / other, 1, 0.03);
+  double squares = 0;
+  const auto pixels = first->values().size();
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double scale = sum / other, difference = static_cast<double>(first->values()[i]) -
+                                                   scale * static_cast<double>(second->values()[i]);
+    squares += difference * difference /
+               (static_cast<double>(first_variance->values()[i]) +
+                scale * scale * static_cast<double>(second_variance->values()[i]));
+  }
+  // Five sigmas of the scatter √(2 / n), and 3 % of either gain.
+  const auto n = static_cast<double>(pixels);
+  EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2 / n) + 0.03);
 }
 
 TEST_F(Merge, what_cannot_be_merged_is_refused_before_anything_is_written) {

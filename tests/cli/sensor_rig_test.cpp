@@ -5,6 +5,7 @@
 #include "symrig/hdr/response_file.hpp"
 #include "symrig/hdr/sensor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <functional>
@@ -55,10 +56,16 @@ TEST_F(SensorRig, kept_frames_measure_the_same_to_the_last_digit) {
   const nlohmann::json rig = json("rig.json"), folder = json("folder.json");
   for (const char* key : {"grid", "dark_frames", "flat_levels", "sensor", "scene", "linearity", "response"})
     EXPECT_EQ(rig.at(key), folder.at(key)) << key;
-  // A folder that has been measured is not written over, and is no bracket for merge.
+  // A folder that has been measured is not written over. Merged, its frames tell the same sensor.
   expect_refusal({"calibrate", "--sensor", "--rig", kRig, "--keep", "frames"}, kUsage,
                  {"capture.toml already"});
-  expect_refusal({"merge", "frames", "-o", "a.exr"}, kBadInput, {"of a scene"});
+  const Outcome merged = symrig({"merge", "frames", "-o", "a.exr", "--json", "a.json"});
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_EQ(json("a.json").at("frames").size(), rig.at("scene").at("lit_frames"));
+  ASSERT_EQ(symrig({"merge", "frames", "-o", "b.exr", "--sensor", "rig.toml"}).code, 0);
+  const auto found = read_image(path("a.exr")), given = read_image(path("b.exr"));
+  ASSERT_TRUE(found.ok() && given.ok());
+  EXPECT_TRUE(std::ranges::equal(found->values(), given->values()));
 }
 
 TEST_F(SensorRig, a_folder_of_a_scene_has_rules) {
@@ -66,6 +73,7 @@ TEST_F(SensorRig, a_folder_of_a_scene_has_rules) {
   const auto refused = [&](const std::string& more, const Words& words) {
     write_text(path("frames/capture.toml"), "symrig = 1\n[sensor]\nbits = 12\nlight = \"scene\"\n" + more);
     expect_refusal({"calibrate", "--sensor", "frames"}, kBadInput, words);
+    expect_refusal({"merge", "frames", "-o", "a.exr"}, kBadInput, words);
   };
   refused("", {"names no frames"});
   refused("[[sensor.dark]]\nfiles = [\"a.png\", \"b.png\"]\n", {"capture.toml:5", "sensor.dark.exposure"});

@@ -16,6 +16,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -135,10 +136,12 @@ Result<void> run(const MergeArguments& arguments) {
                    .writes("--valid", arguments.valid, FileFormat::picture)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const KnownCamera known, camera_of(arguments));
+  SYMRIG_TRY(KnownCamera known, camera_of(arguments));
   std::optional<Meter> meter(std::in_place, "merge", "photographs");
-  SYMRIG_TRY(const SensorPhotographs photographs, read_sensor_folder(arguments.folder, meter->progress()));
-  SYMRIG_TRY(const MergedBracket merged, merge_bracket(photographs, known));
+  SYMRIG_TRY(const BracketFolder read,
+             read_bracket_folder(arguments.folder, std::move(known), meter->progress()));
+  const SensorPhotographs& photographs = read.photographs;
+  SYMRIG_TRY(const MergedBracket merged, merge_bracket(photographs, read.camera));
   meter.reset();
   if (interrupted())
     return Error{ErrorCode::interrupted, "stopped before the pictures were written", "run it again"};
@@ -194,6 +197,7 @@ Job add_merge(CLI::App& command) {
           "then the\n"
           "light that gives the largest code in one second.\n"
           "\n"
+          "Frames that symrig calibrate --sensor --rig kept measure the camera and are merged too.\n"
           "A warning names exposures that contradict the photographs.\n"
           "\n") +
       kExitCodes);

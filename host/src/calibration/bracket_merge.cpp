@@ -86,6 +86,18 @@ Result<void> blame_exposures(std::span<const Frame> frames, SensorFindings& came
 
 }  // namespace
 
+Result<BracketFolder> read_bracket_folder(const std::filesystem::path& folder, KnownCamera camera,
+                                          const Progress& progress) {
+  BracketFolder read{{}, std::move(camera)};
+  SYMRIG_TRY(read.photographs, read_sensor_folder(folder, progress));
+  if (!read.photographs.scene || read.camera.sensor || read.camera.response) return read;
+  SYMRIG_TRY(MeasuredSensor measured, measure_sensor_folder(folder, progress));
+  read.camera.sensor = std::move(measured.findings.sensor);
+  read.camera.response = std::move(measured.findings.response);
+  read.camera.response_doubt = measured.findings.response_doubt;
+  return read;
+}
+
 Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known) {
   const std::vector<Frame> frames = bracket_of(photographs);
   if (frames.size() < 2)
@@ -95,6 +107,7 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
   if (known.sensor || known.response) {
     merged.camera.sensor = known.sensor;
     merged.camera.response = known.response;
+    merged.camera.response_doubt = known.response_doubt;
   } else {
     SYMRIG_TRY(merged.camera, examine_sensor(photographs));
     SYMRIG_CHECK(blame_exposures(frames, merged.camera));

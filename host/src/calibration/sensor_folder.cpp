@@ -28,6 +28,8 @@ class FrameReader {
   Result<SensorPhotographs> read() {
     const SensorFiles& files = *capture_.sensor;
     SYMRIG_CHECK(tell_bits());
+    all_.scene = files.scene;
+    if (all_.scene) return read_lit();
     SYMRIG_TRY(all_.dark, all_of(files.dark));
     for (const SensorFiles::Level& level : files.flat) {
       SYMRIG_TRY(auto codes, all_of(level.files));
@@ -54,6 +56,16 @@ class FrameReader {
   }
 
  private:
+  /// The lit frames of a scene, as a bracket.
+  Result<SensorPhotographs> read_lit() {
+    for (const SensorFiles::Level& level : capture_.sensor->flat) {
+      SYMRIG_TRY(auto frames, all_of(level.files));
+      for (std::size_t k = 0; k < frames.size(); ++k)
+        all_.bracket.push_back({std::move(frames[k]), level.exposure, level.files[k]});
+    }
+    return std::move(all_);
+  }
+
   Result<void> pass_level(const SensorFiles::Level& level, bool lit, std::optional<SceneTransfer>& transfer) {
     for (std::size_t k = 0; k + 1 < level.files.size(); k += 2) {
       SYMRIG_TRY(const auto first, codes_of(level.files[k]));
@@ -188,9 +200,6 @@ Result<CaptureFile> read_sensor_capture(const fs::path& folder) {
 
 Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
   SYMRIG_TRY(const CaptureFile capture, read_sensor_capture(folder));
-  if (capture.sensor->scene)
-    return Error{ErrorCode::bad_value, capture.path + ": its frames are of a scene (light = \"scene\")",
-                 "measure the sensor from them first, and give its sensor.toml"};
   return FrameReader(folder, capture, progress).read();
 }
 

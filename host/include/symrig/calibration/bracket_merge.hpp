@@ -6,6 +6,7 @@
 #include "symrig/hdr/exposure_ratio.hpp"
 #include "symrig/image/radiance.hpp"
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +17,20 @@ namespace symrig {
 struct KnownCamera {
   std::optional<Sensor> sensor;
   std::optional<ResponseCurve> response;
+  double response_doubt = 0;  ///< of a recovered curve: SensorFindings
 };
+
+/// Photographs to merge, and what is known of their camera.
+struct BracketFolder {
+  SensorPhotographs photographs;
+  KnownCamera camera;
+};
+
+/// Reads a folder for merge_bracket. Of frames that a rig took of a scene (light = "scene"), the lit ones are
+/// the bracket, and all of them measure the camera, unless `camera` says what it is.
+/// fails: as read_sensor_folder; of a scene as measure_sensor_folder.
+Result<BracketFolder> read_bracket_folder(const std::filesystem::path& folder, KnownCamera camera,
+                                          const Progress& progress = {});
 
 /// A bracket of photographs as radiance.
 struct MergedBracket {

@@ -31,10 +31,12 @@ struct SensorPhotographs {
   std::vector<Codes> dark;               ///< lens capped
   std::vector<std::vector<Codes>> flat;  ///< by level
   std::vector<Still> bracket;            ///< of one still scene in steady light
+  bool scene = false;                    ///< light = "scene": frames that a rig took to measure its camera
 };
 
-/// fails: as read_capture_file and read_captured; bad_value (no [sensor], light = "scene", unknown number of
-/// bits, a code that exceeds them), size_mismatch, interrupted.
+/// Of frames of a scene, the lit ones are the bracket, level by level; the dark ones are not read.
+/// fails: as read_capture_file and read_captured; bad_value (no [sensor], unknown number of bits, a code that
+/// exceeds them), size_mismatch, interrupted.
 Result<SensorPhotographs> read_sensor_folder(const std::filesystem::path& folder,
                                              const Progress& progress = {});
 
