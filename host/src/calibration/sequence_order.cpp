@@ -23,7 +23,7 @@ struct Votes {
   double all() const { return lit + dark + weak; }
 };
 
-/// The signs of a pair over the whole lit picture.
+/// The signs of a pair over the lit picture, where most pairs have a clear sign: votes come from there too.
 struct SignRates {
   double lit = 0.5;   ///< share of the clear signs
   double weak = 0.1;  ///< share of all signs
@@ -35,6 +35,7 @@ class EdgeVotes {
   explicit EdgeVotes(const SequenceLight& light) : light_(light), count_(light.photographs.code.pairs()) {
     votes_.resize(static_cast<std::size_t>(count_) * static_cast<std::size_t>(count_));
     find_resolved();
+    find_rates();
     const Grid grid = light.photographs.camera();
     const auto lit = std::ranges::count_if(light.amplitude.values(), [](float a) { return a > 0; });
     const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(lit)) / kLines));
@@ -60,17 +61,29 @@ class EdgeVotes {
   /// Finds the pairs that the camera resolves. Stripes that are too fine have no clear sign anywhere.
   void find_resolved() {
     resolved_.assign(count_, false);
-    rates_.assign(count_, {});
     for (const int pair : light_.pairs) {
-      std::size_t strong = 0, lit = 0;
-      for (const std::size_t i : light_.sample) {
-        const float d = light_.difference(pair, i);
-        if (std::abs(d) <= sign_level(i)) continue;
-        strong += 1, lit += d > 0 ? 1 : 0;
+      const auto strong = std::ranges::count_if(
+          light_.sample, [&](std::size_t i) { return std::abs(light_.difference(pair, i)) > sign_level(i); });
+      resolved_[pair] = 2 * strong > std::ssize(light_.sample);
+    }
+  }
+  /// Dark pixels have no sign of any pair, so they say nothing about one.
+  void find_rates() {
+    rates_.assign(count_, {});
+    std::vector<std::size_t> strong(count_), lit(count_), all(count_);
+    for (const std::size_t i : light_.sample) {
+      const float level = sign_level(i);
+      for (const int pair : light_.pairs) {
+        const auto difference = [&](int other) { return light_.difference(other, i); };
+        if (!is_clear_place(pair, level, difference)) continue;
+        const float d = difference(pair);
+        all[pair] += 1, strong[pair] += std::abs(d) > level ? 1 : 0, lit[pair] += d > level ? 1 : 0;
       }
-      resolved_[pair] = 2 * strong > light_.sample.size();
-      rates_[pair] = {(static_cast<double>(lit) + 1) / (static_cast<double>(strong) + 2),
-                      1 - static_cast<double>(strong) / static_cast<double>(light_.sample.size())};
+    }
+    for (const int pair : light_.pairs) {
+      if (all[pair] == 0) continue;
+      rates_[pair] = {(static_cast<double>(lit[pair]) + 1) / (static_cast<double>(strong[pair]) + 2),
+                      1 - static_cast<double>(strong[pair]) / static_cast<double>(all[pair])};
     }
   }
   /// Parallel lines of pixels.
@@ -184,12 +197,17 @@ SignOdds predicted(const Role& s, const Role& t, const SignRates& rates) {
   return {stray[0] + (lit ? right : 0), stray[1] + (lit ? 0 : right), rates.weak};
 }
 
-double likelihood_at(const Votes& votes, const SignOdds& p, bool resolved) {
-  return votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]) +
-         (resolved ? votes.weak * std::log(p[2]) : 0);
+/// Of a pair that the camera does not resolve, noise alone has a clear sign at one edge in 370. Such signs
+/// say nothing.
+double likelihood_at(const Votes& votes, SignOdds p, bool resolved) {
+  if (resolved) return votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]) + votes.weak * std::log(p[2]);
+  constexpr double kBeyond = 0.0027;  // of a normal distribution beyond kSigmas
+  const double clear = votes.lit + votes.dark, noise = std::min(kBeyond * votes.all() / clear, 1.0);
+  for (double& one : p) one = (1 - noise) * one + noise / 2;
+  return votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]);
 }
 
-/// rates: of pair t over the whole picture. A camera that sees a small part of the projector sees one side of
+/// rates: of pair t over all clear places. A camera that sees a small part of the projector sees one side of
 /// the coarse stripes almost everywhere. Such a pair has this sign at every edge, so the sign tells nothing.
 /// Stripes that are nearly too fine are weak at many edges. Where the edges of s lie together, t may have
 /// other signs there: then the usual rates explain more.

@@ -64,6 +64,8 @@ Score score_of(const PixelMap& map, const RandomSequence& truth) {
 }
 
 /// 14, 220: 8-bit codes, noise below a code. 266, 283: a coarse pair whose few edges lie at rims of shadows.
+/// 539: stripes that the camera does not resolve; the few clear signs are noise. 641: a third of the lit
+/// pixels is too dark for a clear sign of any pair.
 class RightSequence : public testing::TestWithParam<int> {};
 
 TEST_P(RightSequence, is_decoded) {
@@ -99,7 +101,7 @@ TEST_P(RightSequence, has_its_noise_estimated) {
   EXPECT_NEAR(std::sqrt(derived.variance(0.1)), scene.noise, 0.3 * scene.noise);
   EXPECT_EQ(derived.in_difference, 6);
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, RightSequence, testing::Values(14, 220, 266, 283));
+INSTANTIATE_TEST_SUITE_P(Seeds, RightSequence, testing::Values(14, 220, 266, 283, 539, 641));
 
 /// Share of the valid pixels that see the border from 1.5 projector pixels or more beyond it.
 double share_beyond(const PixelMap& map, const RandomSequence& truth) {
