@@ -3,6 +3,7 @@
 #include "calibration/footprint_shape.hpp"
 #include "calibration/non_negative.hpp"
 #include "calibration/raw_map.hpp"
+#include "calibration/stated_sigma.hpp"
 #include "calibration/stripe_kernels.hpp"
 #include "calibration/support_kernels.hpp"
 #include "symrig/base/quantile.hpp"
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -256,6 +258,72 @@ TEST(ShapeFit, ExplainsWhatItWasGivenAndKeepsToAStrongPrior) {
   for (const float share : found) EXPECT_GE(share, 0);
   const Shape held = fit.solve(usual, 1e12);
   for (std::size_t s = 0; s < usual.size(); ++s) EXPECT_NEAR(held[s], usual[s], 1e-6);
+}
+
+/// Columns of a surface that bends, with an error for each pixel, and a stated deviation that is ten times
+/// too small.
+struct Positions {
+  static constexpr Grid kGrid{480, 480};
+  static constexpr float kStated = 0.01F;
+  RawMap map{{Image<float>(kGrid), Image<float>(kGrid)}, Image<std::uint8_t>(kGrid, 1, 1)};
+  Image<float> sigma{kGrid, 1, kStated};
+  std::vector<double> errors;
+
+  template <class Error>
+  explicit Positions(Error error) {
+    for (int r = 0; r < kGrid.rows; ++r)
+      for (int c = 0; c < kGrid.cols; ++c) {
+        errors.push_back(error(r, c));
+        map.position[0].at(r, c) =
+            static_cast<float>(200 + 0.8 * c + 0.1 * r + 0.002 * c * c - 0.001 * r * r + errors.back());
+      }
+  }
+  /// Stated deviation after scaling over the errors' own.
+  double ratio() {
+    scale_to_scatter(sigma, map, StripeAxis::columns, Image<float>(kGrid, 1, 10.0F));
+    return static_cast<double>(sigma.at(60, 80)) / robust_sigma(errors, 0);
+  }
+};
+
+TEST(ScaleToScatter, FindsNoise) {
+  std::uint64_t counter = 1;
+  // 14,000 windows a group: a robust sigma scatters by 1.17 / √28000 = 0.7 %, with windows that overlap by up
+  // to twice as much. The larger one of two directions is 0.6 of that above 1 in the mean.
+  EXPECT_NEAR(Positions([&](int, int) { return 0.1 * normal(counter); }).ratio(), 1.008, 5 * 0.014);
+}
+
+TEST(ScaleToScatter, FindsErrorsThatRepeatAlongRowsOrColumns) {
+  // The third difference of a wave of period P, `apart` pixels apart, is a wave (2 sin(π apart / P))³ as
+  // high. Independent errors have √20. The direction in which the wave does not change shows nothing.
+  for (const double period : {3.1416, 4.2361, 5.7446})  // no phase comes twice
+    for (const bool down : {false, true}) {
+      const auto wave = [&](int r, int c) {
+        return 0.1 * std::sin(2 * std::numbers::pi * (down ? r : c) / period);
+      };
+      double squares = 0;
+      for (const int apart : {1, 2}) squares += std::pow(2 * std::sin(std::numbers::pi * apart / period), 6);
+      const double expected = std::sqrt(squares / 2 / 20);
+      EXPECT_GT(expected, 0.8);
+      EXPECT_LT(expected, 1.4);
+      // A group of equal clarity may be a quarter of the rows: the phases are even but for a part of a
+      // period.
+      const double uneven = 4 * period / Positions::kGrid.rows;
+      EXPECT_NEAR(Positions(wave).ratio(), expected, uneven * expected) << period << (down ? " down" : "");
+    }
+}
+
+TEST(ScaleToScatter, LeavesExactAndFewPositionsAlone) {
+  Positions exact([](int, int) { return 0.0; });
+  std::ranges::fill(exact.map.position[0].values(), 100.0F);
+  (void)exact.ratio();
+  EXPECT_EQ(exact.sigma.at(60, 80), Positions::kStated);
+  std::uint64_t counter = 1;
+  Positions few([&](int, int) { return 0.1 * normal(counter); });
+  std::ranges::fill(few.map.mask.values(), std::uint8_t{0});
+  for (int r = 0; r < 10; ++r)
+    for (int c = 0; c < 10; ++c) few.map.mask.at(r, c) = 1;
+  (void)few.ratio();
+  EXPECT_EQ(few.sigma.at(5, 5), Positions::kStated);
 }
 
 }  // namespace

@@ -143,9 +143,10 @@ double stated_ratio(const PixelMap& map, const RandomSequence& truth) {
   return robust_sigma(ratios, 0);
 }
 
-// With the same model error for all, these were 0.58, 0.60 and 1.35.
+// With the same model error for all, the first three were 0.58, 0.60 and 1.35. The last two, 0.69 and 1.55,
+// were those of second differences over 3 × 3 pixels, which do not see what errs alike along rows or columns.
 TEST(StatedSigma, is_that_of_the_sequence) {
-  for (const std::uint64_t seed : {7, 17, 14}) {
+  for (const std::uint64_t seed : {7, 17, 14, 460, 474}) {
     const Scene scene = scene_of(seed);
     const auto map = decode(scene.sequence.photographs);
     ASSERT_TRUE(map.ok()) << map.error().line();
