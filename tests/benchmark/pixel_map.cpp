@@ -7,6 +7,7 @@
 #include "symrig/calibration/map_quality.hpp"
 #include "unit/calibration/synthetic_photographs.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -58,6 +59,44 @@ void print(const char* name, const PixelMap& map, int stride) {
               100 * q.valid_share, 100 * q.outlier_share, 100 * q.axis_outlier_share, q.rms,
               100 * q.alone_share);
   (void)std::fflush(stdout);
+}
+
+/// Of one axis: Σ D² of the two finest pairs over the 5 × 5 pixels around, D = pattern − complement, over
+/// what noise alone gives; the larger of the two. 1: no stripes.
+double fine_stripes(const CodePhotographs& photographs, StripeAxis axis, int row, int col, double noise) {
+  const GrayCode& code = photographs.code;
+  const symrig::Grid camera = photographs.camera();
+  const int last = axis == StripeAxis::columns ? code.column_bits() - 1 : code.pairs() - 1;
+  double most = 0;
+  for (const int pair : {last, last - 1}) {
+    double sum = 0, n = 0;
+    for (int r = std::max(row - 2, 0); r <= std::min(row + 2, camera.rows - 1); ++r)
+      for (int c = std::max(col - 2, 0); c <= std::min(col + 2, camera.cols - 1); ++c) {
+        const auto d = static_cast<double>(photographs.image(2 * pair).at(r, c) -
+                                           photographs.image(2 * pair + 1).at(r, c));
+        sum += d * d, n += 1;
+      }
+    most = std::max(most, sum / n / (2 * noise * noise));
+  }
+  return most;
+}
+
+/// How much of the lit pixels can be decoded: those around which the finest stripes of both axes are there.
+/// The others see light of other surfaces only. The rms must be 1.5 times that of noise.
+void print_stripes(const CodePhotographs& photographs, const PixelMap& map) {
+  constexpr double kLit = 10.5 / 255, kLeast = 1.5 * 1.5;
+  double lit = 0, stripes = 0, decoded = 0, both = 0;
+  const symrig::Grid camera = photographs.camera();
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col) {
+      if (static_cast<double>(map.contrast.at(row, col)) <= kLit) continue;
+      const bool seen = fine_stripes(photographs, StripeAxis::columns, row, col, map.noise) > kLeast &&
+                        fine_stripes(photographs, StripeAxis::rows, row, col, map.noise) > kLeast;
+      const bool valid = map.mask.at(row, col) != 0;
+      lit += 1, stripes += seen ? 1 : 0, decoded += valid ? 1 : 0, both += seen && valid ? 1 : 0;
+    }
+  std::printf("of the lit: %.2f %% have stripes, %.2f %% are decoded; of those with stripes: %.2f %%\n",
+              100 * stripes / lit, 100 * decoded / lit, 100 * both / stripes);
 }
 
 /// Error of a pair that decoding and fit have not seen, % of mean white.
@@ -150,6 +189,7 @@ int run(const char* folder, std::string_view what) {
   if (!map) return std::fprintf(stderr, "%s\n", map.error().line().c_str()), 4;
   std::printf("decode: %.1f s\n", watch.seconds());
   print("decode", *map, 1);
+  print_stripes(*photographs, *map);
   if (const auto alone = symrig::decode(*photographs, {.neighbours = false}))
     print("decode, pixel by pixel", *alone, 1);
   print("plain, 5 levels of margin", decode_plainly(*photographs, 5.0F / 255), 1);
