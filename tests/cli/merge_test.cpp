@@ -3,9 +3,13 @@
 #include "sensor_folder.hpp"
 #include "symrig/hdr/response_file.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <string>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace symrig::test::merge_test {
 namespace {
@@ -169,6 +173,49 @@ TEST_F(Merge, frames_that_a_rig_took_of_a_scene_measure_the_camera_and_are_merge
   // Five sigmas of the scatter √(2 / n), and 3 % of either gain.
   const auto n = static_cast<double>(pixels);
   EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2 / n) + 0.03);
+}
+
+// calibrate tells the flicker of a lamp. It makes no exposure wrong.
+TEST_F(Merge, a_lamp_that_flickers_contradicts_no_exposure) {
+  ASSERT_EQ(symrig({"calibrate", "--sensor", "--rig", "sim:vgroove-textured?size=64x64", "--keep", "kept",
+                    "-o", "sensor.toml"})
+                .code,
+            0);
+  constexpr double kPedestal = 64, kFlicker = 0.008;  // the limit of a wrong exposure is 0.005
+  for (const auto& entry : std::filesystem::directory_iterator(path("kept"))) {
+    const std::filesystem::path& file = entry.path();
+    if (!file.filename().string().starts_with("lit")) continue;
+    // The frames of an exposure are numbered: even ones are brighter, odd ones darker.
+    const double sign = (file.stem().string().back() - '0') % 2 == 0 ? 1 : -1;
+    std::string bytes = read_text(file.string());
+    for (std::size_t i = 0; i + 1 < bytes.size(); i += 2) {
+      const int code = static_cast<unsigned char>(bytes[i]) + 256 * static_cast<unsigned char>(bytes[i + 1]);
+      const auto lit = static_cast<int>(
+          std::clamp(std::round(kPedestal + (code - kPedestal) * (1 + sign * kFlicker)), 0.0, 4095.0));
+      bytes[i] = static_cast<char>(lit % 256), bytes[i + 1] = static_cast<char>(lit / 256);
+    }
+    write_text(file.string(), bytes);
+  }
+  const Outcome outcome =
+      symrig({"merge", "kept", "-o", "r.exr", "--sensor", "sensor.toml", "--json", "m.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_GT(json("m.json").at("ratios").size(), 3U);
+
+  // A wrong exposure is still told.
+  std::string toml = read_text(path("kept/capture.toml"));
+  const std::string key = "exposure = \"";
+  const std::size_t at = toml.find(key, toml.find("[[sensor.flat]]")) + key.size();
+  const std::string stated = toml.substr(at, toml.find('"', at) - at);
+  std::size_t unit = 0;
+  const double number = std::stod(stated, &unit);
+  const std::string wrong = fmt::format("{:.3f}{}", 1.2 * number, stated.substr(unit));
+  for (std::size_t k = toml.find(stated); k != std::string::npos; k = toml.find(stated, k + wrong.size()))
+    toml.replace(k, stated.size(), wrong);
+  write_text(path("kept/capture.toml"), toml);
+  const Outcome told = symrig({"merge", "kept", "-o", "r.exr", "--sensor", "sensor.toml"});
+  ASSERT_EQ(told.code, 0) << told.err;
+  EXPECT_NE(told.err.find("times the light of"), std::string::npos) << told.err;
 }
 
 TEST_F(Merge, what_cannot_be_merged_is_refused_before_anything_is_written) {

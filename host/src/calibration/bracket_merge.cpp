@@ -6,13 +6,52 @@
 #include "symrig/hdr/response_merge.hpp"
 
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace symrig {
 namespace {
+
+/// The mean of some frames, in whole codes.
+SensorPhotographs::Codes mean_of(std::span<const Frame> frames, const std::vector<std::size_t>& which) {
+  std::vector<double> sum(frames[which.front()].raw.size());
+  for (const std::size_t k : which)
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += frames[k].raw[i];
+  SensorPhotographs::Codes mean;
+  mean.reserve(sum.size());
+  for (const double one : sum)
+    mean.push_back(static_cast<std::uint16_t>(std::lround(one / static_cast<double>(which.size()))));
+  return mean;
+}
+
+/// Ratios of neighbouring exposures. Of a scene, a rig takes many frames at each exposure. Their means are
+/// compared: a lamp that flickers makes no exposure wrong.
+Result<std::vector<ExposureRatio>> ratios_of(const SensorPhotographs& photographs,
+                                             std::span<const Frame> frames, const NoiseModel& noise) {
+  if (!photographs.scene) return exposure_ratios(frames, noise);
+  std::map<Nanoseconds, std::vector<std::size_t>> levels;
+  for (std::size_t k = 0; k < frames.size(); ++k) levels[frames[k].exposure].push_back(k);
+  std::vector<SensorPhotographs::Codes> means;
+  std::vector<Frame> of_levels;
+  std::vector<std::size_t> first;
+  means.reserve(levels.size());  // frames refer to them
+  for (const auto& [exposure, which] : levels) {
+    means.push_back(mean_of(frames, which));
+    of_levels.push_back({means.back(), exposure});
+    first.push_back(which.front());
+  }
+  SYMRIG_TRY(std::vector<ExposureRatio> ratios, exposure_ratios(of_levels, noise));
+  for (ExposureRatio& ratio : ratios) {
+    ratio.shorter = first[ratio.shorter];
+    ratio.longer = first[ratio.longer];
+  }
+  return ratios;
+}
 
 /// Of a linear sensor.
 Result<void> merge_linear(const SensorPhotographs& photographs, std::span<const Frame> frames,
@@ -35,7 +74,7 @@ Result<void> merge_linear(const SensorPhotographs& photographs, std::span<const 
   MergeOptions options;
   if (!sensor.defects.empty()) options.dead = &sensor.defects;
   SYMRIG_TRY(merged.radiance, stream.finish(options));
-  SYMRIG_TRY(merged.ratios, exposure_ratios(frames, sensor.noise));
+  SYMRIG_TRY(merged.ratios, ratios_of(photographs, frames, sensor.noise));
   merged.units = "electrons per second";
   return {};
 }
