@@ -82,14 +82,16 @@ double fine_stripes(const CodePhotographs& photographs, StripeAxis axis, int row
 }
 
 /// How much of the lit pixels can be decoded: those around which the finest stripes of both axes are there.
-/// The others see light of other surfaces only. The rms must be 1.5 times that of noise.
+/// The others see light of other surfaces only. The rms must be 1.5 times that of noise. It asks nothing of
+/// the decoder, which has a test of its own.
 void print_stripes(const CodePhotographs& photographs, const PixelMap& map) {
-  constexpr double kLit = 10.5 / 255, kLeast = 1.5 * 1.5;
+  constexpr double kLeast = 1.5 * 1.5;
+  const double least_contrast = symrig::MapQualityOptions{}.lit_contrast;
   double lit = 0, stripes = 0, decoded = 0, both = 0;
   const symrig::Grid camera = photographs.camera();
   for (int row = 0; row < camera.rows; ++row)
     for (int col = 0; col < camera.cols; ++col) {
-      if (static_cast<double>(map.contrast.at(row, col)) <= kLit) continue;
+      if (static_cast<double>(map.contrast.at(row, col)) <= least_contrast) continue;
       const bool seen = fine_stripes(photographs, StripeAxis::columns, row, col, map.noise) > kLeast &&
                         fine_stripes(photographs, StripeAxis::rows, row, col, map.noise) > kLeast;
       const bool valid = map.mask.at(row, col) != 0;

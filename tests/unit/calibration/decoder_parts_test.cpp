@@ -278,9 +278,10 @@ struct Positions {
             static_cast<float>(200 + 0.8 * c + 0.1 * r + 0.002 * c * c - 0.001 * r * r + errors.back());
       }
   }
+  void scale() { scale_to_scatter(sigma, map, StripeAxis::columns, Image<float>(kGrid, 1, 10.0F)); }
   /// Stated deviation after scaling over the errors' own.
   double ratio() {
-    scale_to_scatter(sigma, map, StripeAxis::columns, Image<float>(kGrid, 1, 10.0F));
+    scale();
     return static_cast<double>(sigma.at(60, 80)) / robust_sigma(errors, 0);
   }
 };
@@ -315,14 +316,14 @@ TEST(ScaleToScatter, FindsErrorsThatRepeatAlongRowsOrColumns) {
 TEST(ScaleToScatter, LeavesExactAndFewPositionsAlone) {
   Positions exact([](int, int) { return 0.0; });
   std::ranges::fill(exact.map.position[0].values(), 100.0F);
-  (void)exact.ratio();
+  exact.scale();
   EXPECT_EQ(exact.sigma.at(60, 80), Positions::kStated);
   std::uint64_t counter = 1;
   Positions few([&](int, int) { return 0.1 * normal(counter); });
   std::ranges::fill(few.map.mask.values(), std::uint8_t{0});
   for (int r = 0; r < 10; ++r)
     for (int c = 0; c < 10; ++c) few.map.mask.at(r, c) = 1;
-  (void)few.ratio();
+  few.scale();
   EXPECT_EQ(few.sigma.at(5, 5), Positions::kStated);
 }
 
