@@ -7,12 +7,14 @@
 #include "symrig/calibration/pixel_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -141,7 +143,7 @@ std::string describe(const RandomGeometry& geometry, const RandomOptics& o) {
       255 * o.read_noise, 255 * std::sqrt(o.shot_slope), o.bits);
 }
 
-enum class Kind { whole, quarter, without_complements, columns_only, unchecked };
+enum class Kind { whole, quarter, without_complements, columns_only, unchecked, faults };
 struct Option {
   std::string_view name;
   Kind kind;
@@ -149,7 +151,8 @@ struct Option {
 constexpr Option kOptions[] = {{"--quarter", Kind::quarter},
                                {"--no-complements", Kind::without_complements},
                                {"--columns", Kind::columns_only},
-                               {"--unchecked", Kind::unchecked}};
+                               {"--unchecked", Kind::unchecked},
+                               {"--faults", Kind::faults}};
 
 /// The column pairs, white and black.
 symrig::CodePhotographs columns_of(const symrig::CodePhotographs& all) {
@@ -186,7 +189,55 @@ Tally run_seed(std::uint64_t seed, Kind kind) {
   return tally;
 }
 
+/// Plants a fault in the photographs of two pairs. The complement follows its pattern.
+using Plant = void (*)(std::vector<symrig::Image<float>>& images, std::size_t one, std::size_t other);
+struct Fault {
+  const char* name;
+  Plant plant;
+};
+constexpr Fault kFaults[] = {
+    {"inverted", [](auto& images, std::size_t one, std::size_t) { std::swap(images[one], images[one + 1]); }},
+    {"exchanged",
+     [](auto& images, std::size_t one, std::size_t other) {
+       std::swap(images[one], images[other]);
+       std::swap(images[one + 1], images[other + 1]);
+     }},
+    {"copied",
+     [](auto& images, std::size_t one, std::size_t other) {
+       images[one] = images[other];
+       images[one + 1] = images[other + 1];
+     }},
+    {"two photographs exchanged",
+     [](auto& images, std::size_t one, std::size_t other) { std::swap(images[one], images[other]); }}};
+
+/// How many wrong sequences are refused: three of each fault a seed, at pairs that the seed draws.
+int run_faults(std::uint64_t first, std::uint64_t last) {
+  constexpr int kEach = 3;
+  std::array<Share, std::size(kFaults)> refused{};
+  for (std::uint64_t seed = first; seed <= last; ++seed) {
+    Draw draw(seed);
+    const RandomGeometry geometry(draw, kCamera, false);
+    const RandomOptics optics(draw, kCamera);
+    const RandomSequence sequence = SequenceCamera(kCamera, geometry, optics, draw).photograph(draw);
+    const auto pairs = static_cast<std::size_t>(sequence.photographs.code.pairs());
+    const auto drawn = [&](std::size_t below) {
+      return static_cast<std::size_t>(draw.uniform() * static_cast<double>(below));
+    };
+    for (std::size_t k = 0; k < std::size(kFaults); ++k)
+      for (int repeat = 0; repeat < kEach; ++repeat) {
+        const std::size_t one = drawn(pairs), other = (one + 1 + drawn(pairs - 1)) % pairs;
+        symrig::CodePhotographs wrong = sequence.photographs;
+        kFaults[k].plant(wrong.images, 2 * one, 2 * other);
+        refused[k].add(!symrig::decode(wrong).ok());
+      }
+  }
+  for (std::size_t k = 0; k < std::size(kFaults); ++k)
+    fmt::print("{}: {:.0f} of {:.0f} refused\n", kFaults[k].name, refused[k].part, refused[k].all);
+  return 0;
+}
+
 int run(std::uint64_t first, std::uint64_t last, Kind kind) {
+  if (kind == Kind::faults) return run_faults(first, last);
   fmt::print(
       "valid: % of the lit, of those with stripes, of the lit with 11-40 levels. off: % of the valid, "
       "of those away from edges.\n"
@@ -225,7 +276,7 @@ int main(int argc, char** argv) {
   if (first < 1 || last < first)
     return std::fprintf(stderr,
                         "usage: benchmark_decode FIRST LAST [--quarter | --no-complements | --columns | "
-                        "--unchecked]\n"),
+                        "--unchecked | --faults]\n"),
            2;
   const Kind kind = option != std::end(kOptions) ? option->kind : Kind::whole;
   return run(static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(last), kind);
