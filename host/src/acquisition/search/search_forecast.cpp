@@ -53,6 +53,10 @@ double photographs_if_growing(const LevelPlan& plan, double second, double growt
   return static_cast<double>(plan.planned) + all_later(plan, second, growth);
 }
 
+double most_photographs(const LevelPlan& plan) {
+  return photographs_if_growing(plan, kMostSecond, most_growth(plan));
+}
+
 UnitsToCome forecast_later(const LevelPlan& plan) {
   const bool known = plan.level >= 1 && static_cast<std::size_t>(plan.level) < plan.children.size();
   if (!known || plan.planned < 1 || shares_nothing(plan)) return {};

@@ -34,4 +34,7 @@ UnitsToCome forecast_later(const LevelPlan& plan);
 /// later one `growth` times as many as the one before, as far as its blocks have children to light.
 double photographs_if_growing(const LevelPlan& plan, double second, double growth);
 
+/// Photographs of this level and all later ones, if each level grows as much as the forecast allows.
+double most_photographs(const LevelPlan& plan);
+
 }  // namespace symrig::acquisition

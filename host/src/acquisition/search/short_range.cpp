@@ -2,7 +2,9 @@
 #include "acquisition/search/short_range.hpp"
 
 #include "acquisition/errors/dark_excess.hpp"
+#include "acquisition/search/level_search.hpp"
 #include "acquisition/search/placement.hpp"
+#include "acquisition/search/search_forecast.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -101,13 +103,12 @@ bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residual
   return all;
 }
 
-/// What the levels that are left cost at least: each lights the children of one colour one by one.
-std::int64_t cost_of_levels(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
-  const auto first =
-      std::find_if(open.begin(), open.end(), [](const NodeLevel& l) { return !l.nodes().empty(); });
-  const bool pairs =
-      std::any_of(first->nodes().begin(), first->nodes().end(), [](const Node& n) { return !n.diagonal(); });
-  return std::int64_t{facts.tree.levels() - 1 - first->level()} * (pairs ? 4 * 4 : 4);
+/// What a level of pairs costs in the mean: four colours, whose blocks light their children one by one.
+constexpr int kUsualLevel = 4 * 4;
+
+/// The level that comes next.
+NodeLevel& first_open(std::vector<NodeLevel>& open) {
+  return *std::find_if(open.begin(), open.end(), [](const NodeLevel& l) { return !l.nodes().empty(); });
 }
 
 }  // namespace
@@ -167,12 +168,25 @@ Result<void> ShortRange::add_band(int radius) {
   return {};
 }
 
+/// What the levels that are left cost. The photographs of the next one are planned. If there are few, the
+/// others are no more than these can grow to.
+double ShortRange::cost_of_levels() const {
+  NodeLevel& next = first_open(found_.open);
+  const int levels = facts_.tree.levels() - 1 - next.level();
+  const std::vector<double> children = children_per_block(facts_.tree);
+  const double most =
+      most_photographs({.level = next.level(),
+                        .planned = LevelSearch(facts_, photographer_, found_, next).foreseen(),
+                        .before = found_.patterns_per_level[static_cast<std::size_t>(next.level())],
+                        .children = children});
+  return std::min(most, static_cast<double>(levels * kUsualLevel));
+}
+
 Result<bool> ShortRange::settle(Checks& checks, std::int64_t budget) {
   const int radius = radius_of(facts_, found_.open);
   const std::int64_t combs = radius == 0 ? 0 : (2 * radius + 1) * (2 * radius + 1);
-  if (radius > kLargestRadius || combs > budget || combs > cost_of_levels(facts_, found_.open) ||
-      refused_.contains(radius))
-    return false;
+  if (radius > kLargestRadius || refused_.contains(radius)) return false;
+  if (combs > 0 && (combs > budget || static_cast<double>(combs) > cost_of_levels())) return false;
   const KnownTransport::Mark mark = found_.known.mark();
   if (radius == 0) {
     for (const NodeLevel& level : found_.open)

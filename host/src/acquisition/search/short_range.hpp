@@ -29,6 +29,7 @@ class ShortRange {
 
  private:
   Result<void> add_band(int radius);
+  double cost_of_levels() const;
 
   const SceneFacts& facts_;
   Photographer& photographer_;
