@@ -10,12 +10,13 @@ import sys
 
 from host.assets import cannot
 
-DEVICES = ("gpio", "usb", "camera", "vivid", "vkms", "vkms_b", "vga", "usbip", "pico")
+DEVICES = ("gpio", "usb", "camera", "vivid", "vkms", "vkms_b", "vga", "usbip", "pico", "hostwait")
 WITH_VALUE = ("vga", "pico")
 VGA = re.compile(r"(\d{3,4})x(\d{3,4})$")
 HELP = """
 Devices: gpio (gpio-sim), usb (gadget on a virtual bus), camera (the test camera), vivid, vkms, vkms_b and vga=WxH (displays),
-usbip (a USB host for devices over TCP), pico=IMAGE.uf2 (an emulated Pico on it, lane a only).
+usbip (a USB host for devices over TCP), pico=IMAGE.uf2 (an emulated Pico on it, lane a only). hostwait is no device: waiting for
+this computer's files is no idle time (lane b only).
 They are set up in this order. $BENCH_... variables give the command their names and paths (README.md).
 Lane a: a guest in real time, or in slow motion for a slow computer. Lane b: virtual time; one instruction takes one nanosecond, and idle time passes at once.
 
@@ -67,7 +68,7 @@ def parse_devices(text, fail):
     for word in filter(None, text.split(",")):
         name, _, value = word.partition("=")
         if name not in DEVICES or bool(value) != (name in WITH_VALUE):
-            fail(f"unknown device '{word}' in --with; choose from {', '.join(DEVICES[:6])}, vga=WxH, usbip, pico=IMAGE")
+            fail(f"unknown device '{word}' in --with; choose from {', '.join(DEVICES[:6])}, vga=WxH, usbip, pico=IMAGE, hostwait")
         found[name] = value or None
     return {name: found[name] for name in DEVICES if name in found}
 
@@ -118,5 +119,7 @@ def parse(arguments, description):
     pico = parse_image(devices["pico"]) if "pico" in devices else None
     if pico and asked.lane == "b":
         parser.error("--with pico: the emulation outside the guest cannot keep its virtual time; use lane a")
+    if "hostwait" in devices and asked.lane == "a":
+        parser.error("--with hostwait: time is this computer's in lane a; use lane b")
     user, out = check_user(asked.user, parser.error), check_out(asked.out, parser.error)
     return Asked(asked.lane, asked.slow, asked.timeout, tuple(devices), vga, pico, user, out, command)

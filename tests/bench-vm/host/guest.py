@@ -62,7 +62,7 @@ def qemu_command(asked, assets, control, out):
         "qemu-system-x86_64", "-M", "q35", "-accel", accelerator, "-cpu", "max", "-smp", "1", "-m", "1024",
         "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none",
         "-kernel", str(assets.kernel), "-initrd", str(assets.initrd),
-        "-append", " ".join([*KERNEL_ARGUMENTS, *(slow_motion.KERNEL_ARGUMENTS if asked.slow > 1 else ())]),
+        "-append", " ".join([*KERNEL_ARGUMENTS, f"BENCH_LANE={asked.lane}", *(slow_motion.KERNEL_ARGUMENTS if asked.slow > 1 else ())]),
         "-serial", f"file:{control / 'console.log'}",
         *share("host", "/", ",readonly=on,multidevs=remap"),
         *share("layer", assets.layer, ",readonly=on,multidevs=remap"),
