@@ -103,8 +103,8 @@ bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residual
   return all;
 }
 
-/// What a level of pairs costs in the mean: four colours, whose blocks light their children one by one.
-constexpr int kUsualLevel = 4 * 4;
+/// No level counts for more photographs: four colours, whose blocks light their children one by one.
+constexpr int kMostOfLevel = 4 * 4;
 
 /// The level that comes next.
 NodeLevel& first_open(std::vector<NodeLevel>& open) {
@@ -168,25 +168,26 @@ Result<void> ShortRange::add_band(int radius) {
   return {};
 }
 
-/// What the levels that are left cost. The photographs of the next one are planned. If there are few, the
-/// others are no more than these can grow to.
-double ShortRange::cost_of_levels() const {
+/// The photographs of the next level are planned. If there are few, the later levels are no more than these
+/// can grow to.
+bool ShortRange::cheaper_than_levels(std::int64_t combs) const {
   NodeLevel& next = first_open(found_.open);
-  const int levels = facts_.tree.levels() - 1 - next.level();
+  const std::int64_t levels_left = facts_.tree.levels() - 1 - next.level();
+  if (combs > levels_left * kMostOfLevel) return false;  // needs no plan
   const std::vector<double> children = children_per_block(facts_.tree);
-  const double most =
+  const double levels =
       most_photographs({.level = next.level(),
                         .planned = LevelSearch(facts_, photographer_, found_, next).foreseen(),
                         .before = found_.patterns_per_level[static_cast<std::size_t>(next.level())],
                         .children = children});
-  return std::min(most, static_cast<double>(levels * kUsualLevel));
+  return static_cast<double>(combs) <= levels;
 }
 
 Result<bool> ShortRange::settle(Checks& checks, std::int64_t budget) {
   const int radius = radius_of(facts_, found_.open);
   const std::int64_t combs = radius == 0 ? 0 : (2 * radius + 1) * (2 * radius + 1);
   if (radius > kLargestRadius || refused_.contains(radius)) return false;
-  if (combs > 0 && (combs > budget || static_cast<double>(combs) > cost_of_levels())) return false;
+  if (combs > 0 && (combs > budget || !cheaper_than_levels(combs))) return false;
   const KnownTransport::Mark mark = found_.known.mark();
   if (radius == 0) {
     for (const NodeLevel& level : found_.open)

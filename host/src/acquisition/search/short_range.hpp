@@ -29,7 +29,7 @@ class ShortRange {
 
  private:
   Result<void> add_band(int radius);
-  double cost_of_levels() const;
+  bool cheaper_than_levels(std::int64_t combs) const;
 
   const SceneFacts& facts_;
   Photographer& photographer_;
