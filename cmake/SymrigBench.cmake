@@ -8,14 +8,15 @@ if(CMAKE_HOST_SYSTEM_PROCESSOR STREQUAL x86_64 AND CMAKE_BUILD_TYPE STREQUAL Rel
   set(SYMRIG_BENCH_VM_HERE ON)
 endif()
 
-# symrig_bench_job(NAME name LANE a|b [SLOW k] [WITH device...] [USER name] [OUT folder] [TIMEOUT seconds] [SANITIZED] COMMAND ...)
+# symrig_bench_job(NAME name LANE a|b [SLOW k] [WITH device...] [USER name] [OUT folder] [TIMEOUT seconds] [LANDING] [SANITIZED] [ABOUT folder...] COMMAND ...)
 # registers bench.<name>: COMMAND in a guest with these devices, in the build's folder of the caller. One guest of lane a at a
 # time, because its time is the wall's; a machine that cannot have the bench shows the job as skipped.
 # TIMEOUT: seconds on a machine with nothing else to do, 120 unless given. A job that hangs is ended after four times as long,
 # since a busy machine takes several times as long for all of it.
+# LANDING: a landing runs it in any case, not only if its code has changed. ABOUT: as for symrig_about (tests/CMakeLists.txt).
 # SANITIZED: also in builds with a sanitizer; ONLY_SANITIZED: in no other.
 function(symrig_bench_job)
-  cmake_parse_arguments(PARSE_ARGV 0 job "SANITIZED;ONLY_SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;COMMAND")
+  cmake_parse_arguments(PARSE_ARGV 0 job "LANDING;SANITIZED;ONLY_SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;ABOUT;COMMAND")
   if(SYMRIG_SANITIZE)
     if(NOT job_SANITIZED AND NOT job_ONLY_SANITIZED)
       return()
@@ -44,6 +45,10 @@ function(symrig_bench_job)
   math(EXPR limit "${limit} + 60")
   set_tests_properties(bench.${job_NAME} PROPERTIES LABELS bench SKIP_RETURN_CODE 77 TIMEOUT ${limit}
     FIXTURES_REQUIRED bench_vm)
+  if(NOT job_LANDING)
+    symrig_in_full(bench.${job_NAME})
+  endif()
+  symrig_about(FOLDERS ${job_ABOUT} TESTS bench.${job_NAME})
   if(job_LANE STREQUAL a)
     set_tests_properties(bench.${job_NAME} PROPERTIES RESOURCE_LOCK bench_wall_time)
   endif()

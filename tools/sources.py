@@ -5,7 +5,7 @@ import pathlib
 import subprocess
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-NOT_OURS = {".git", ".deps", "build", "out", "__pycache__"}
+NOT_OURS = {".git", ".deps", "build", "out", "node_modules", "__pycache__"}
 
 
 def files(root=ROOT):

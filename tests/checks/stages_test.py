@@ -47,9 +47,16 @@ class Tree:
         (self.root / "tools").mkdir()
         for name in ("test", "lib.sh"):
             shutil.copy(TOOLS / name, self.root / "tools" / name)
-        for name in ("setup", "firmware", "check-tidy"):
+        for name in ("setup", "firmware", "check-tidy", "package"):
             self.program(self.root / "tools" / name, name)
-        self.program(self.bin / "cmake", "cmake", 'mkdir -p build/release build/asan-ubsan')
+        plan = """[ "$1" != prove ] || echo prove >>called
+        [ "$1" != choose ] || { mkdir -p "out/plan/$2" && echo '^$' >"out/plan/$2/leave" && : >"out/plan/$2/targets"; }"""
+        self.program(self.root / "tools" / "plan", "plan", plan)
+        self.program(self.bin / "cmake", "cmake", 'mkdir -p build/release build/asan-ubsan build/tsan')
+        fuzz = self.root / "build" / "fuzz" / "tests" / "fuzz"
+        for folder in (fuzz, self.root / "tests" / "fuzz" / "corpus" / "frame"):
+            folder.mkdir(parents=True)
+        self.program(fuzz / "fuzz_frame", "fuzz_frame")
         self.program(self.bin / "ninja", "ninja")
         self.ctest(GOOD_REPORT, 0)
 
@@ -76,10 +83,10 @@ class Tree:
         exit $code"""
         self.program(self.bin / "ctest", "ctest", body)
 
-    def run(self):
+    def run(self, *options):
         environment = {**os.environ, "PATH": f"{self.bin}:{os.environ['PATH']}"}
         done = subprocess.run(
-            [self.root / "tools" / "test"], env=environment, capture_output=True, text=True, check=False
+            [self.root / "tools" / "test", *options], env=environment, capture_output=True, text=True, check=False
         )
         called = (self.root / "called").read_text(encoding="utf-8").split()
         return done.returncode, called, done.stdout.splitlines()[-1]
@@ -96,7 +103,34 @@ class StagesTest(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(called.count("ctest"), 2)
         self.assertIn("check-tidy", called)
+        for only_full in ("package", "fuzz_frame", "prove"):
+            self.assertNotIn(only_full, called)
         self.assertEqual(last, "16 passed, 0 failed, 2 skipped")
+
+    def test_a_full_run_adds_its_parts_and_proves(self):
+        code, called, last = self.tree.run("--full")
+        self.assertEqual(code, 0)
+        self.assertEqual(called.count("ctest"), 3)
+        for part in ("check-tidy", "package", "fuzz_frame", "prove"):
+            self.assertEqual(called.count(part), 1, part)
+        self.assertEqual(last, "25 passed, 0 failed, 3 skipped")
+
+    def test_a_full_run_does_not_repeat_a_part_that_passed(self):
+        self.tree.program(self.tree.root / "tools" / "check-tidy", "check-tidy", code=1)
+        code, called, _ = self.tree.run("--full")
+        self.assertEqual(code, 1)
+        self.assertNotIn("prove", called)
+        self.tree.program(self.tree.root / "tools" / "check-tidy", "check-tidy")
+        code, called, last = self.tree.run("--full")
+        self.assertEqual(code, 0)
+        self.assertEqual((called.count("package"), called.count("prove")), (1, 1))
+        self.assertEqual(last, "25 passed, 0 failed, 3 skipped")
+
+    def test_what_is_asked_for_by_name_runs_alone(self):
+        code, called, last = self.tree.run("--filter", "words")
+        self.assertEqual(code, 0)
+        self.assertNotIn("check-tidy", called)
+        self.assertEqual(last, "15 passed, 0 failed, 2 skipped")
 
     def test_tests_that_fail_do_not_hide_the_stages_after_them(self):
         self.tree.ctest(FAILED_REPORT, 8)
