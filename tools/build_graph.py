@@ -27,7 +27,8 @@ TEST = re.compile(r"^add_test\(\[=\[(.*?)\]=\](.*)\)$", re.MULTILINE)
 PROPERTIES = re.compile(r"^set_tests_properties\(\[=\[(.*?)\]=\] PROPERTIES (.*)\)$", re.MULTILINE)
 QUOTED = re.compile(r'"((?:[^"\\]|\\.)*)"')
 PROPERTY = re.compile(r'(\w+) "((?:[^"\\]|\\.)*)"')
-# A folder of scripts: what a script reads beside it. C++ is known by the programs made of it.
+# A script has no suffix or one of these. What else is in its folder may be what it reads; C++ is known by the programs made of it.
+SCRIPTS = {"", ".py", ".sh", ".mjs", ".cmake"}
 NOT_READ_BY_SCRIPTS = {".cpp", ".hpp", ".h", ".c", ".txt", ".md"}
 BENCH = ["run", "prepare", "host", "guest", "make", "modules"]  # of tests/bench-vm: what boots each guest
 
@@ -43,16 +44,28 @@ class Test(typing.NamedTuple):
 class Graph:
     """A configured build of a tree. Paths in commands are kept as BUILD/... and TREE/..., so that two trees compare."""
 
-    def __init__(self, tree, build):
+    def __init__(self, tree, build, tracked=None):
         self.tree, self.build = pathlib.Path(tree).resolve(), pathlib.Path(build).resolve()
         printed = subprocess.run(["ninja", "-C", self.build, "-t", "compdb"], capture_output=True, text=True, check=True).stdout
         edges = json.loads(printed[printed.index("[") :])
         self.commands = {edge["output"]: edge["command"] for edge in edges if edge["command"] and "cmake_install" not in edge["command"]}
-        self.tracked = {str(name) for name in sources.files(self.tree)}
+        self.commands.update(self.second_outputs())
+        self.tracked = set(tracked or map(str, sources.files(self.tree)))
         self.header_folders = sorted(
             {path for command in self.commands.values() for path in FOLDER_OF_HEADERS.findall(command) if path.startswith(str(self.tree))}
         )
         self.tests = {test.name: test for test in read_tests(self.build)}
+
+    def second_outputs(self):
+        """Files that a command generates beside its first output: their inputs stand for the command, which Ninja lists once."""
+        listed = subprocess.run(["ninja", "-C", self.build, "-t", "targets", "all"], capture_output=True, text=True, check=True).stdout
+        names = [line.removesuffix(": CUSTOM_COMMAND") for line in listed.splitlines() if line.endswith(": CUSTOM_COMMAND")]
+        names = [name for name in names if name not in self.commands and "." in name and "CMakeFiles/" not in name]
+        if not names:
+            return {}
+        asked = subprocess.run(["ninja", "-C", self.build, "-t", "query", *names], capture_output=True, text=True, check=True).stdout
+        blocks = re.findall(r"^(\S.*):\n  input: CUSTOM_COMMAND\n((?:    .*\n)*)", asked, re.MULTILINE)
+        return {name: " ".join(line.strip(" |") for line in inputs.splitlines()) for name, inputs in blocks}
 
     def plain(self, text):
         """A text without the places of tree and build."""
@@ -75,7 +88,9 @@ class Graph:
 
     @functools.cache
     def included(self, path):
-        """The files of the tree or the build that a file includes itself. A file that is generated may not be there yet."""
+        """The files of the tree or the build that a file includes itself. A file that Ninja makes is not read: it may not be there yet."""
+        if self.output(path):
+            return ()
         try:
             names = INCLUDE.findall(pathlib.Path(path).read_text(encoding="utf-8", errors="replace"))
         except OSError:
@@ -201,7 +216,7 @@ class Graph:
             for output in self.outputs_at(path):
                 made.update(self.made_of(output, whole))
             here = self.files_of(path)
-            if here == {path} and pathlib.Path(path).suffix not in NOT_READ_BY_SCRIPTS:
+            if here == {path} and pathlib.Path(path).suffix in SCRIPTS:
                 here |= self.folder_files(pathlib.Path(path).parent, lambda file: pathlib.Path(file).suffix not in NOT_READ_BY_SCRIPTS)
             files |= here
         made.update({self.plain(file): self.digest(file) for file in files})
