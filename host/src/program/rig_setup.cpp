@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Look-ups in the description of a board's lines.
+#include "program/timing.hpp"
 #include "symrig/program/program_file.hpp"
 
 #include <algorithm>
@@ -45,7 +46,8 @@ RigWiring wiring_of(const RigSetup& rig) {
                    rig.line_name(RigRole::camera),
                    rig.line_name(RigRole::strobe),
                    {},
-                   rig.projector.refresh};
+                   rig.projector.refresh,
+                   program::shortest_gap(rig.camera)};
   for (const RigLine& line : rig.lines)
     if (line.active_low) wiring.active_low.push_back(line.config.line);
   return wiring;

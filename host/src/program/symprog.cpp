@@ -27,9 +27,13 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kHead = 24;
 
 Json wiring_json(const RigWiring& wiring) {
-  return {{"projector", wiring.projector},   {"vsync", wiring.vsync},
-          {"camera", wiring.camera},         {"strobe", wiring.strobe},
-          {"active_low", wiring.active_low}, {"refresh_ns", wiring.refresh.count()}};
+  return {{"projector", wiring.projector},
+          {"vsync", wiring.vsync},
+          {"camera", wiring.camera},
+          {"strobe", wiring.strobe},
+          {"active_low", wiring.active_low},
+          {"refresh_ns", wiring.refresh.count()},
+          {"readout_ns", wiring.readout.count()}};
 }
 
 Nanoseconds nanoseconds_at(const Json& json, const char* key) {
@@ -38,12 +42,10 @@ Nanoseconds nanoseconds_at(const Json& json, const char* key) {
 
 RigWiring wiring_from_json(const Json& json) {
   const auto text = [&json](const char* key) { return json.at(key).get<std::string>(); };
-  return {text("projector"),
-          text("vsync"),
-          text("camera"),
-          text("strobe"),
-          json.at("active_low").get<std::vector<std::string>>(),
-          nanoseconds_at(json, "refresh_ns")};
+  return {text("projector"), text("vsync"), text("camera"), text("strobe"),
+          json.at("active_low").get<std::vector<std::string>>(), nanoseconds_at(json, "refresh_ns"),
+          // Files of earlier versions do not have it.
+          json.contains("readout_ns") ? nanoseconds_at(json, "readout_ns") : RigWiring{}.readout};
 }
 
 Json header(const CompiledProgram& program) {

@@ -195,6 +195,25 @@ Result<RunRecord> run_program(Board& board, const CompiledProgram& program, cons
   return Run(board, program, options).go();
 }
 
+namespace {
+
+/// What a run that completed has lost.
+std::optional<Error> loss(const RunRecord& record) {
+  if (record.receipt.events_lost > 0)
+    return Error{ErrorCode::frame_missing,
+                 fmt::format("the board had no room for {} marks or captured edges, so what it measured is "
+                             "not whole",
+                             record.receipt.events_lost),
+                 "capture fewer lines, or make the program slower"};
+  if (record.ledger && !record.ledger->complete())
+    return Error{ErrorCode::frame_missing, record.ledger->summary(),
+                 "check the trigger and strobe cables, and that the camera's readout is no longer than the "
+                 "program states"};
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::optional<Error> run_error(const RunRecord& record) {
   const Receipt& receipt = record.receipt;
   if (record.interrupted)
@@ -202,7 +221,7 @@ std::optional<Error> run_error(const RunRecord& record) {
                  "run it again"};
   switch (receipt.end) {
     case RunEnd::completed:
-      return std::nullopt;
+      return loss(record);
     case RunEnd::aborted:
       return Error{ErrorCode::interrupted, "the run was aborted; the outputs are at their safe levels"};
     case RunEnd::wait_timeout:

@@ -148,7 +148,7 @@ std::string receipt_json(const RunRecord& record, std::size_t max_edges) {
   const Receipt& receipt = record.receipt;
   Json json{{"format", kFormat}, {"version", 1}};
   json["end"] = name(receipt.end);
-  json["clean"] = receipt.clean();
+  json["clean"] = receipt.clean() && !run_error(record);
   json["interrupted"] = record.interrupted;
   json["reason"] = reason_json(record);
   json["fault"] = fault_json(receipt);

@@ -43,6 +43,7 @@ board_sim::SimCameraConfig camera_config(const RigWiring& wiring) {
   board_sim::SimCameraConfig config;
   config.trigger_line = wiring.camera;
   config.strobe_line = wiring.strobe;
+  config.readout_us = static_cast<std::uint64_t>(wiring.readout.count() / 1000);
   return config;
 }
 

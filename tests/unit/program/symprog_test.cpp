@@ -29,6 +29,7 @@ TEST(Symprog, comes_back_as_it_was) {
   EXPECT_EQ(back->on_time, program.on_time);
   EXPECT_EQ(back->places, program.places);
   EXPECT_EQ(back->wiring.active_low, program.wiring.active_low);
+  EXPECT_EQ(back->wiring.readout, program.wiring.readout);
   ASSERT_EQ(back->lines.size(), program.lines.size());
   for (std::size_t k = 0; k < program.lines.size(); ++k) {
     EXPECT_EQ(back->lines[k].line, program.lines[k].line);

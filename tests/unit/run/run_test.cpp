@@ -113,6 +113,42 @@ TEST(Run, the_plan_follows_the_marks_where_waits_are_not_captured) {
   EXPECT_EQ(record.plan.end - record.plan.start, record.receipt.actual);
 }
 
+// A camera that is slower than the program states misses triggers. The run completes, and is no success.
+TEST(Run, frames_that_are_missing_are_an_error) {
+  const auto file =
+      test::parse("symrig = 1\n[rig.camera]\nreadout = \"2 ms\"\n" + std::string(kScan).substr(11));
+  RigWiring wiring = wiring_of(file.rig);
+  EXPECT_EQ(wiring.readout, 2ms);
+  wiring.readout = 5ms;
+  auto board = Board::connect(make_sim_rig(wiring), {});
+  ASSERT_OK(board);
+  auto compilation = compile_program(file, board->info());
+  ASSERT_TRUE(compilation.ok());
+  const auto record = run_program(*board, *compilation.program, {});
+  ASSERT_OK(record);
+  EXPECT_EQ(record->receipt.end, RunEnd::completed);
+  ASSERT_TRUE(record->ledger.has_value());
+  EXPECT_EQ(record->ledger->missing(), 20U);
+  const auto error = run_error(*record);
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->code, ErrorCode::frame_missing);
+  EXPECT_NE(error->what.find("20 missing"), std::string::npos) << error->what;
+  const auto json = nlohmann::json::parse(receipt_json(*record));
+  EXPECT_FALSE(json.at("clean"));
+  EXPECT_EQ(json.at("reason"), error->line());
+}
+
+// The simulated camera is as fast as the program says, so no frame is lost.
+TEST(Run, the_simulated_camera_has_the_readout_of_the_program) {
+  for (const char* readout : {"500 us", "2 ms", "8 ms"}) {
+    const RunRecord record = ran("symrig = 1\n[rig.camera]\nreadout = \"" + std::string(readout) + "\"\n" +
+                                 std::string(kScan).substr(11));
+    ASSERT_TRUE(record.ledger.has_value());
+    EXPECT_TRUE(record.ledger->complete()) << readout << ": " << record.ledger->summary();
+    EXPECT_FALSE(run_error(record).has_value());
+  }
+}
+
 TEST(Run, a_wait_that_runs_out_is_told) {
   const RunRecord record = ran(
       "symrig = 1\n[program]\nsteps = [{ pulse = \"lamp_enable\", width = \"1 us\" }, { hold = \"1 us\" },\n"

@@ -60,6 +60,7 @@ struct RigWiring {
   std::string projector, vsync, camera, strobe;  ///< lines; empty: none
   std::vector<std::string> active_low;           ///< lines that are on when low
   Nanoseconds refresh{0};                        ///< of the projector; 0 = it has no refresh of its own
+  Nanoseconds readout{3'000'000};  ///< of the camera: from the end of an exposure to the next trigger
 
   bool is_active_low(std::string_view line) const;
 };

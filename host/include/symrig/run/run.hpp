@@ -61,7 +61,9 @@ struct RunRecord {
 /// device_lost, protocol, timeout (the run did not end in time, and was aborted).
 Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options = {});
 
-/// The Error of a run that did not complete: fault, interrupted, timeout (of a wait).
+/// The Error of a run that did not complete: fault, interrupted, timeout (of a wait). Of a run that
+/// completed: frame_missing, if the board lost marks or edges, or the camera has not taken exactly the asked
+/// frames.
 std::optional<Error> run_error(const RunRecord& record);
 
 /// The receipt as JSON (docs/receipt.md). It lists at most max_edges planned edges and max_edges captured

@@ -9,8 +9,8 @@
 
 namespace symrig {
 
-/// A board in virtual time with a projector and a camera. wiring gives their lines and polarity, and the
-/// projector's refresh. The link owns all of it.
+/// A board in virtual time with a projector and a camera. wiring gives their lines and polarity, the
+/// projector's refresh and the camera's readout. The link owns all of it.
 std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring);
 
 /// The board's self-description, for compiling and linting without a board.
