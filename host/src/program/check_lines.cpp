@@ -4,6 +4,9 @@
 #include "program/passes.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <map>
+#include <string>
 
 #include <fmt/format.h>
 
@@ -24,6 +27,7 @@ class LineCheck {
     if (file_.scan) check_scan(*file_.scan);
     check_steps(file_.steps);
     check_hazards();
+    check_lights();
   }
 
  private:
@@ -123,6 +127,43 @@ class LineCheck {
     if (step.kind == FileStep::Kind::wait) look_up(step.line, false, step.place);
     if (step.kind == FileStep::Kind::pattern) need_projector(step.place);
     if (step.kind == FileStep::Kind::expose) need(RigRole::camera, true, step.place);
+  }
+
+  /// Lines that the program switches, and where.
+  using Switched = std::map<std::string, int>;
+  static void add_switched(const std::vector<FileStep>& steps, Switched& lines) {
+    for (const FileStep& step : steps) {
+      if (step.kind == FileStep::Kind::set || step.kind == FileStep::Kind::pulse)
+        lines.emplace(step.line, step.place);
+      add_switched(step.steps, lines);
+    }
+  }
+
+  static bool names_a_light(std::string_view line) {
+    std::string lower(line);
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return lower.find("lamp") != std::string::npos || lower.find("laser") != std::string::npos;
+  }
+
+  /// A lamp or laser that the file says nothing of: by its use as the scan's lamp, or by its name.
+  void check_lights() {
+    Switched lines;
+    add_switched(file_.steps, lines);
+    std::erase_if(lines, [](const auto& line) { return !names_a_light(line.first); });
+    if (file_.scan && !file_.scan->lamp.empty()) lines.emplace(file_.scan->lamp, file_.scan->lamp_place);
+    for (const auto& [name, place] : lines) {
+      const RigLine* line = file_.rig.find(name);
+      const bool stated = line != nullptr && (line->config.hazard != Hazard::benign || line->hazard_given ||
+                                              line->config.max_on.count() != 0);
+      if (stated) continue;
+      findings_.warning(
+          place, "lamp.unlimited",
+          fmt::format("line '{}' switches a lamp or laser, by its name or its use, and has no "
+                      "limit on its time on",
+                      name),
+          fmt::format("[rig.lines.{}] with role = \"lamp\" and max_on; or hazard = \"benign\"", name));
+    }
   }
 
   void check_hazards() {

@@ -26,6 +26,12 @@ void check_timeout(Nanoseconds timeout, int place, std::string_view key, const B
 
 void check_rounding(Nanoseconds time, int place, const BoardInfo& board, Findings& findings) {
   const Nanoseconds realised = board.rate.nanoseconds(board.rate.ticks(time));
+  if (realised.count() == 0 && time.count() != 0)
+    return findings.error(
+        place, "rounding",
+        fmt::format("{} becomes nothing: the board counts in {:.6g} ns", base::duration_text(time),
+                    1e9 / static_cast<double>(board.rate.hz)),
+        fmt::format("use at least \"{}\"", base::duration_text(board.rate.nanoseconds(board.min_dwell))));
   const std::int64_t off = (realised - time).count();
   if (std::abs(off) * 1000 <= time.count()) return;
   findings.warning(

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "program/passes.hpp"
 
@@ -61,10 +62,12 @@ class Emitter {
         builder_.wait_edge(line, move.edge, board_.rate.nanoseconds(move.ticks), move.on_timeout);
         break;
       case Move::Kind::loop:
+        note_added(move.place);
         open_loop(move.place);
         builder_.loop(move.count);
         break;
       case Move::Kind::end_loop:
+        note_added(move.place);
         close_loop(move.place);
         builder_.end_loop();
         break;
@@ -104,6 +107,17 @@ class Emitter {
       const std::uint32_t bit = 1U << static_cast<unsigned>(move.line);
       levels_ = move.level ? levels_ | bit : levels_ & ~bit;
     }
+  }
+
+  /// Each round of a loop takes longer than the program says by what the builder adds.
+  void note_added(int place) {
+    if (!builder_.pending()) return;
+    const Nanoseconds added = board_.rate.nanoseconds(board_.min_dwell);
+    findings_.warning(
+        place, "hold.added",
+        fmt::format("{} are added here: the edge before needs that time, and the program has none",
+                    base::duration_text(added)),
+        setting("hold", added) + " after the edge, and that much less elsewhere");
   }
 
   void open_loop(int place) {

@@ -13,6 +13,8 @@ constexpr std::array kRules{
     LintRule{"camera.readout", "a trigger comes before the readout of the last frame ends"},
     LintRule{"delay.crosses",
              "the delay of a line moves an edge beyond a wait, a loop end or the program's end"},
+    LintRule{"hold.added",
+             "an edge stands right before a loop or its end, so the board's shortest time is added"},
     LintRule{"interlock", "the line cannot be an interlock on this board"},
     LintRule{"keep_alive.needed", "a lamp or laser line has no keep-alive, or the keep-alive is too long"},
     LintRule{"lamp.limit", "the lamp would be on for longer than its max_on"},

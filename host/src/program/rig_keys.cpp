@@ -56,7 +56,7 @@ RigLine read_line(const base::TomlNode& node, const RigSetup& rig, base::ReadCon
   bool safe_on = false;
   table.read_choice<bool>("safe", safe_on, kSafe);
   line.config.safe_level = line.active_low != safe_on;
-  table.read_choice<Hazard>("hazard", line.config.hazard, kHazards);
+  line.hazard_given = table.read_choice<Hazard>("hazard", line.config.hazard, kHazards);
   table.read("delay", line.delay);
   table.read("max_on", line.config.max_on);
   table.read("min_off", line.config.min_off);

@@ -13,6 +13,8 @@
 namespace symrig::lint_rules_test {
 namespace {
 
+using namespace std::chrono_literals;
+
 struct RuleText {
   std::string severity;
   std::vector<std::string> examples;
@@ -149,6 +151,50 @@ TEST(LintRules, the_boards_own_are_told_at_the_line_of_the_file) {
   const FileFinding finding = test::finding_of(out, "max_on");
   EXPECT_EQ(finding.place, 7);
   EXPECT_NE(finding.what.find("lamp_enable"), std::string::npos);
+}
+
+TEST(LintRules, a_lamp_has_a_limit_or_a_warning_by_its_name_or_its_use) {
+  const auto of = [](const std::string& lines, const std::string& program) {
+    return test::finding_of(test::compile("symrig = 1\n" + lines + "[program]\n" + program),
+                            "lamp.unlimited");
+  };
+  const std::string pulse = "steps = [{ pulse = \"lamp_enable\", width = \"100 s\" }, { hold = \"1 ms\" }]\n";
+  const std::string scan = "patterns = 8\nbracket = [\"1 ms\"]\nlamp = \"lamp_enable\"\n";
+  EXPECT_EQ(of("", pulse).place, 3);
+  EXPECT_EQ(of("",
+               "steps = [{ loop = 3, steps = [{ set = \"lamp_enable\", to = \"on\" }, { hold = \"1 ms\" },\n"
+               "{ set = \"lamp_enable\", to = \"off\" }, { hold = \"1 ms\" }] }]\n")
+                .rule,
+            "lamp.unlimited");
+  EXPECT_EQ(of("[rig.lines.lamp_enable]\ncapture = false\n", pulse).rule, "lamp.unlimited");
+  EXPECT_EQ(of("[rig.lines.lamp_enable]\nhazard = \"benign\"\n", pulse).rule, "");
+  EXPECT_EQ(of("[rig.lines.lamp_enable]\nmax_on = \"200 s\"\n", pulse).rule, "");
+  EXPECT_EQ(of("", scan).rule, "lamp.unlimited");
+  EXPECT_EQ(of("[rig.lines.lamp_enable]\nrole = \"lamp\"\nmax_on = \"1 s\"\n", scan).rule, "");
+}
+
+TEST(LintRules, what_becomes_nothing_is_an_error) {
+  for (const char* step : {"pulse = \"projector_trigger\", width", "hold"}) {
+    const Compilation out = test::compile("symrig = 1\n[program]\nsteps = [{ " + std::string(step) +
+                                          " = \"3 ns\" }, { hold = \"1 ms\" }]\n");
+    const FileFinding finding = test::finding_of(out, "rounding");
+    EXPECT_EQ(finding.severity, Severity::error) << step;
+    EXPECT_FALSE(out.ok());
+  }
+}
+
+// The warning states the difference between the rounds that the file asks for and those that the board makes.
+TEST(LintRules, time_that_is_added_to_a_round_is_told) {
+  const Compilation out = test::compile(
+      "symrig = 1\n[program]\nsteps = [\n  { loop = 100, steps = [\n    { hold = \"9 ms\" },\n"
+      "    { loop = 2, steps = [{ hold = \"400 us\" }, { pulse = \"projector_trigger\", width = \"100 us\" "
+      "}] },\n"
+      "  ] },\n]\n");
+  const FileFinding finding = test::finding_of(out, "hold.added");
+  EXPECT_EQ(finding.place, 6);
+  EXPECT_NE(finding.what.find("40 ns"), std::string::npos) << finding.what;
+  ASSERT_TRUE(out.ok());
+  EXPECT_EQ(out.program->expected, 100 * (9ms + 2 * (500us + 40ns)));
 }
 
 TEST(LintRules, pulses_written_by_hand_are_held_against_the_camera) {

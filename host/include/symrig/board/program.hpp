@@ -61,6 +61,9 @@ class ProgramBuilder {
   std::size_t records() const { return bytes_.size() / 8; }
   /// Ends the program with the lines as last set. fails: unknown_name, bad_argument, limit (too long).
   Result<Program> end();
+  /// Lines were set and nothing holds them yet: before a loop, its end, a wait or the end of the program, the
+  /// builder holds them for the board's shortest time.
+  bool pending() const { return pending_; }
 
  private:
   void fail(ErrorCode code, std::string what, std::string hint);

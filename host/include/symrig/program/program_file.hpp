@@ -25,6 +25,7 @@ struct RigLine {
   LineConfig config;  ///< safe_level: the level that means "off", unless the file sets another
   RigRole role = RigRole::general;
   bool active_low = false;
+  bool hazard_given = false;  ///< the file states the hazard
   bool capture_given =
       false;             ///< the file sets `capture`; else the board captures lines that the program uses
   Nanoseconds delay{0};  ///< its edges come this much later than in the program
