@@ -322,6 +322,49 @@ TEST(PairServer, hostile_bytes_get_one_line_and_harm_nobody) {
   EXPECT_TRUE(PairLink::open(address_of("unix:" + path)).ok()) << "it goes on";
 }
 
+/// Strangers who send a byte of a greeting now and then, and come again when they are sent away.
+class Strangers {
+ public:
+  Strangers(const std::string& path, int count) {
+    for (int k = 0; k < count; ++k)
+      threads_.emplace_back([this, path] {
+        while (!end_) visit(path);
+      });
+  }
+  Strangers(const Strangers&) = delete;
+  Strangers& operator=(const Strangers&) = delete;
+  ~Strangers() {
+    end_ = true;
+    for (std::thread& thread : threads_) thread.join();
+  }
+  int visits() const { return visits_; }
+
+ private:
+  void visit(const std::string& path) {
+    const auto fd = board::connect_unix(path);
+    if (!fd) return;
+    ++visits_;
+    while (!end_ && ::send(fd->get(), "s", 1, MSG_NOSIGNAL) == 1) std::this_thread::sleep_for(50ms);
+  }
+
+  std::atomic<bool> end_ = false;
+  std::atomic<int> visits_ = 0;
+  std::vector<std::thread> threads_;
+};
+
+// The time of a greeting is for all of it, not for each byte. Who waits is served before strangers that come
+// again.
+TEST(PairServer, strangers_do_not_keep_the_owner_out) {
+  const test::Scratch folder;
+  const std::string path = (folder / "socket").string();
+  const std::string secret = write_secret(folder / "secret", std::string(64, 'a'));
+  const Served served(kScene, 0, "unix:" + path, secret);
+  const Strangers strangers(path, 2);
+  while (strangers.visits() < 2) std::this_thread::sleep_for(1ms);
+  const auto owner = PairLink::open(address_of("unix:" + path, secret));
+  EXPECT_TRUE(owner.ok()) << owner.error().line();
+}
+
 TEST(PairServer, one_host_at_a_time) {
   const test::Scratch folder;
   const std::string place = "unix:" + (folder / "socket").string();

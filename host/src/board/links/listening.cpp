@@ -16,7 +16,7 @@
 namespace symrig::board {
 namespace {
 
-constexpr int kWaitingHosts = 4;
+constexpr int kWaitingHosts = 64;  // strangers may wait among them
 
 Error no_socket(const std::string& place) {
   return {ErrorCode::io, fmt::format("{}: no socket can be made there ({})", place, std::strerror(errno)),

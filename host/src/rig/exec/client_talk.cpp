@@ -13,6 +13,7 @@ namespace {
 
 constexpr Nanoseconds kGlanceAtClient{50'000'000};  // how often keep_going is asked
 constexpr Nanoseconds kFarewell{500'000'000};       // for a client that still sends
+constexpr Nanoseconds kLineTime{10'000'000'000};    // from the first byte of a line to its end
 
 int poll_milliseconds(Nanoseconds time) {
   return static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(time).count());
@@ -37,11 +38,15 @@ void ClientTalk::turn_others_away() {
 
 /// Until the client's socket is ready.
 bool ClientTalk::wait(short events) {
-  const std::optional<Deadline> deadline = patience_ ? std::optional(Deadline(*patience_)) : std::nullopt;
-  while (keep_going_() && !(deadline && deadline->passed())) {
+  const std::optional<Deadline> byte = patience_ ? std::optional(Deadline(*patience_)) : std::nullopt;
+  while (keep_going_()) {
+    Nanoseconds left = kGlanceAtClient;
+    for (const auto& deadline : {byte, greeting_, line_})
+      if (deadline) left = std::min(left, deadline->left());
+    if (left.count() == 0) return false;
     std::array<pollfd, 2> both{{{client_.get(), events, 0}, {place_.fd(), POLLIN, 0}}};
-    const Nanoseconds left = deadline ? std::min(deadline->left(), kGlanceAtClient) : kGlanceAtClient;
-    if (::poll(both.data(), both.size(), poll_milliseconds(left)) <= 0) continue;
+    const nfds_t watched = greeting_ ? 1 : 2;
+    if (::poll(both.data(), watched, poll_milliseconds(left)) <= 0) continue;
     // First the client: it may have gone, and then the place is free for who waits.
     if (both[0].revents != 0) return true;
     turn_others_away();
@@ -60,13 +65,16 @@ bool ClientTalk::receive(std::span<std::byte> into) {
 }
 
 bool ClientTalk::receive_line(std::string& line, std::size_t longest) {
-  for (line.clear(); line.size() < longest;) {
-    std::byte one{};
-    if (!receive({&one, 1})) return false;
-    if (static_cast<char>(one) == '\n') return true;
+  line_.reset();
+  std::byte one{};
+  bool heard = true;
+  for (line.clear(); line.size() < longest && (heard = receive({&one, 1}));) {
+    if (static_cast<char>(one) == '\n') break;
     line += static_cast<char>(one);
+    if (!line_) line_.emplace(kLineTime);
   }
-  return true;
+  line_.reset();
+  return heard;
 }
 
 bool ClientTalk::send(std::span<const std::byte> bytes) {
@@ -83,6 +91,7 @@ bool ClientTalk::send(std::span<const std::byte> bytes) {
 /// for a short time.
 void ClientTalk::dismiss(std::string_view line) {
   patience_ = kFarewell;
+  greeting_.reset();
   if (!send(line)) return;
   ::shutdown(client_.get(), SHUT_WR);
   std::array<std::byte, 4096> unread{};

@@ -21,7 +21,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the floats of the framing are little-endian");
 
-constexpr Nanoseconds kGreetingTime{10'000'000'000};  // a client that says nothing must not keep the rig
+constexpr Nanoseconds kGreetingTime{10'000'000'000};  // a stranger must not keep the rig, whatever it sends
 constexpr Nanoseconds kBatchTime{600'000'000'000};  // between two bytes of a batch: as ExecOptions::patience
 constexpr int kGlanceAtPlace = 100;                 // ms
 constexpr std::size_t kLongestRequest = 16;         // "measure 16"
@@ -64,7 +64,9 @@ class Visit {
 
   /// Whether it has used the rig.
   bool run() {
+    talk_.begin_greeting(kGreetingTime);
     if (!greet()) return false;
+    talk_.end_greeting();
     std::string line;
     for (;;) {
       talk_.set_patience(std::nullopt);  // a host may think for hours between two batches
@@ -83,7 +85,6 @@ class Visit {
 
  private:
   bool greet() {
-    talk_.set_patience(kGreetingTime);
     std::string line;
     if (!talk_.receive_line(line, rig::kGreeting.size())) return false;
     if (line + "\n" == rig::kGreeting) return talk_.send(answer_of(rig_));

@@ -16,9 +16,9 @@
 namespace symrig {
 namespace {
 
-constexpr Nanoseconds kGreetingLimit{10'000'000'000};  // a host that says nothing must not keep the pair
-constexpr Nanoseconds kRequestTime{600'000'000'000};   // between two bytes of a request
-constexpr int kGlanceAtHosts = 100;                    // ms
+constexpr Nanoseconds kGreetingLimit{3'000'000'000};  // a stranger must not keep the pair, whatever it sends
+constexpr Nanoseconds kRequestTime{600'000'000'000};  // between two bytes of a request
+constexpr int kGlanceAtHosts = 100;                   // ms
 
 std::string refusal(std::string_view text) {
   return fmt::format("error: {}\n", printable_line(text));
@@ -37,7 +37,9 @@ class Stay {
       : service_(service), secret_(secret), talk_(talk) {}
 
   void run() {
+    talk_.begin_greeting(kGreetingLimit);
     if (!greet()) return;
+    talk_.end_greeting();
     for (;;) {
       talk_.set_patience(std::nullopt);  // a host may think for hours between two photographs
       std::string request;
@@ -56,7 +58,6 @@ class Stay {
   }
 
   bool greet() {
-    talk_.set_patience(kGreetingLimit);
     std::string line;
     if (!talk_.receive_line(line, rig::kLongestPairLine)) return false;
     const std::string begin = fmt::format("{} challenge=", rig::kPairGreeting);
