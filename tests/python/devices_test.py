@@ -117,6 +117,13 @@ def test_a_program_runs_and_gives_its_receipt(root, tmp_path):
         with pytest.raises(symrig.Error) as stop:
             board.run(program, progress=lambda step: False)
         assert stop.value.code == 402 and stop.value.receipt
+
+        def interrupted(step):
+            raise KeyboardInterrupt
+
+        with pytest.raises(KeyboardInterrupt) as ctrl_c:
+            board.run(program, progress=interrupted)
+        assert ctrl_c.value.receipt["end"] == "aborted" and ctrl_c.value.receipt["interrupted"]
     with pytest.raises(symrig.UsageError, match="closed"):
         board.run(program)
     with pytest.raises(symrig.InputError) as refusal:

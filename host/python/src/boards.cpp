@@ -90,7 +90,8 @@ class BoardInUse {
     check_code(symrig_board_clear_fault(open(), &error), error);
   }
 
-  /// (receipt as JSON or "", code, what, hint); code 0: the program has run to its end.
+  /// (receipt as JSON or "", code, what, hint); code 0: the program has run to its end. If the callback
+  /// raises, or Ctrl-C comes, the receipt is in last_receipt().
   py::tuple run(const Program& program, py::object progress) {
     symrig_board* const board = open();
     if (busy_.exchange(true))
@@ -101,11 +102,15 @@ class BoardInUse {
     Reporter reporter{caller.progress()};
     char* receipt = nullptr;
     symrig_error error{};
+    const std::shared_ptr<void> keep(nullptr, [&](void*) { last_receipt_ = taken(receipt); });
     const int code = caller.run([&]() -> Result<int> {
       return symrig_board_run(board, program.handle.get(), report_run, &reporter, &receipt, &error);
     });
-    return py::make_tuple(taken(receipt), code, std::string(error.what), std::string(error.hint));
+    return py::make_tuple(taken(std::exchange(receipt, nullptr)), code, std::string(error.what),
+                          std::string(error.hint));
   }
+
+  const std::string& last_receipt() const { return last_receipt_; }
 
  private:
   symrig_board* open() const {
@@ -115,6 +120,7 @@ class BoardInUse {
 
   std::unique_ptr<symrig_board, void (*)(symrig_board*)> handle_{nullptr, symrig_board_close};
   std::atomic<bool> busy_ = false;
+  std::string last_receipt_;
 };
 
 }  // namespace
@@ -126,6 +132,7 @@ void bind_boards(py::module_& module) {
       .def("info", &BoardInUse::info)
       .def("lint", &BoardInUse::lint)
       .def("run", &BoardInUse::run)
+      .def("last_receipt", &BoardInUse::last_receipt)
       .def("abort", &BoardInUse::abort)
       .def("clear_fault", &BoardInUse::clear_fault)
       .def("close", &BoardInUse::close);

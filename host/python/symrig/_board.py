@@ -8,7 +8,7 @@ import os
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Union
 
 from . import _symrig
-from ._errors import error_of
+from ._errors import Error, error_of
 
 if TYPE_CHECKING:
     from ._capture import ProgressCallback
@@ -62,9 +62,17 @@ class Board:
             The receipt (docs/receipt.md): what was planned, and what the board has measured.
 
         Raises:
-            Error: the program has errors, or the run failed. Its attribute `receipt` is the receipt if there is one.
+            Error: the program has errors, or the run failed. Its attribute `receipt` is the receipt if there is one. So it
+                is with KeyboardInterrupt, and with what `progress` raises.
         """
-        receipt, code, cause, next_step = self._board.run(program._program, progress)
+        try:
+            receipt, code, cause, next_step = self._board.run(program._program, progress)
+        except Error:
+            raise
+        except BaseException as stop:
+            text = self._board.last_receipt()
+            setattr(stop, "receipt", json.loads(text) if text else None)
+            raise
         found: Optional[Dict[str, Any]] = json.loads(receipt) if receipt else None
         if code == 0 and found is not None:
             return found

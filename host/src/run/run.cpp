@@ -18,8 +18,9 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds kSlice = 100ms;   // between two calls of the progress callback
 constexpr Nanoseconds kPatience = 10s;  // added to the longest duration of the program
 constexpr Nanoseconds kAbortPatience = 2s;
-constexpr int kBurst = 8;                 // readings without a pause, for a first bound
-constexpr Nanoseconds kClockPeriod = 1s;  // between two readings of the board's clock
+constexpr int kBurst = 8;                         // readings without a pause, for a first bound
+constexpr std::uint64_t kMostEvents = 8'000'000;  // of one run, all in memory: 200 MB
+constexpr Nanoseconds kClockPeriod = 1s;          // between two readings of the board's clock
 
 /// Reads the board's clock before, during and after a run.
 class ClockWatch {
@@ -62,6 +63,7 @@ class Run {
 
   Result<RunRecord> go() {
     SYMRIG_CHECK(check_board_fits(record_.program, board_.info()));
+    SYMRIG_CHECK(check_length());
     record_.program.board = board_.info();
     SYMRIG_CHECK(leave_fault());
     SYMRIG_CHECK(board_.configure(record_.program.lines));
@@ -71,14 +73,27 @@ class Run {
     board_.on_mark([this](const StepMark& mark) { count(mark); });
     SYMRIG_CHECK(board_.arm());
     SYMRIG_CHECK(board_.start());
-    const auto ended = wait();
+    if (const auto ended = wait(); !ended) take_what_arrived(ended.error());
     board_.on_mark({});
-    if (!ended) return ended.error();
     SYMRIG_CHECK(look_back());
     return std::move(record_);
   }
 
  private:
+  /// Each pattern and each exposure has a mark, each exposure two edges of the strobe, and a word at least
+  /// one edge.
+  Result<void> check_length() const {
+    const CompiledProgram& program = record_.program;
+    const bool captured = std::any_of(program.lines.begin(), program.lines.end(),
+                                      [](const LineConfig& line) { return line.capture; });
+    const std::uint64_t events = program.patterns + 3 * program.exposures + (captured ? program.steps : 0);
+    if (events <= kMostEvents) return {};
+    return Error{ErrorCode::limit,
+                 fmt::format("the run would report {} marks and edges or more; a receipt holds at most {}",
+                             events, kMostEvents),
+                 "split the program, or set capture = false for its lines"};
+  }
+
   /// Refuses the run if a fault of an earlier run is latched, unless the user asked to clear it.
   Result<void> leave_fault() {
     SYMRIG_TRY(const BoardStatus status, board_.status());
@@ -112,6 +127,7 @@ class Run {
       if (progress_.elapsed % kClockPeriod < kSlice) SYMRIG_CHECK(clock_.ask(board_));
     }
     SYMRIG_CHECK(board_.abort());
+    SYMRIG_CHECK(board_.wait(kAbortPatience));
     return Error{ErrorCode::timeout,
                  fmt::format("the run has not ended {} after its longest planned duration",
                              base::duration_text(kPatience)),
@@ -125,10 +141,21 @@ class Run {
     return {};
   }
 
+  /// The board does not answer, or does not end: the run is over at the last event that it reported.
+  void take_what_arrived(const Error& error) {
+    record_.lost = error;
+    record_.receipt = board_.so_far();
+    Receipt& receipt = record_.receipt;
+    Ticks last = receipt.started;
+    if (!receipt.marks.empty()) last = std::max(last, receipt.marks.back().tick);
+    if (!receipt.edges.empty()) last = std::max(last, receipt.edges.back().tick);
+    if (receipt.end == RunEnd::lost) receipt.actual = last - receipt.started;
+  }
+
   /// Compares the plan with the captured edges, and pairs the frames.
   Result<void> look_back() {
     const CompiledProgram& program = record_.program;
-    SYMRIG_CHECK(clock_.ask(board_));
+    if (!record_.lost) SYMRIG_CHECK(clock_.ask(board_));
     record_.clock = clock_.note();
     SYMRIG_TRY(record_.plan, plan_of_run(program.program, program.board, program.lines, record_.receipt,
                                          options_.max_edges));
@@ -216,6 +243,7 @@ std::optional<Error> loss(const RunRecord& record) {
 
 std::optional<Error> run_error(const RunRecord& record) {
   const Receipt& receipt = record.receipt;
+  if (record.lost) return record.lost;
   if (record.interrupted)
     return Error{ErrorCode::interrupted, "stopped; the board's outputs are at their safe levels",
                  "run it again"};
@@ -230,6 +258,7 @@ std::optional<Error> run_error(const RunRecord& record) {
                                base::duration_text(receipt.duration())),
                    "check the wiring of the line that the program waits for"};
     case RunEnd::fault:
+    case RunEnd::lost:
       break;
   }
   const std::string fault = receipt.fault ? receipt.fault->name : std::string("unknown");

@@ -138,6 +138,62 @@ TEST(Run, frames_that_are_missing_are_an_error) {
   EXPECT_EQ(json.at("reason"), error->line());
 }
 
+/// A link that ends after a time of the run.
+class BreakingLink final : public Link {
+ public:
+  BreakingLink(std::unique_ptr<Link> link, Nanoseconds lifetime)
+      : link_(std::move(link)), lifetime_(lifetime) {}
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override {
+    if (dead()) return lost();
+    return link_->send(bytes);
+  }
+  Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
+    if (dead()) return lost();
+    return link_->receive(timeout);
+  }
+  Nanoseconds now() const override { return link_->now(); }
+  SteadyTime opened() const override { return link_->opened(); }
+
+ private:
+  bool dead() const { return now() > lifetime_; }
+  static Error lost() { return {ErrorCode::device_lost, "the cable is out", "connect it"}; }
+
+  std::unique_ptr<Link> link_;
+  Nanoseconds lifetime_;
+};
+
+TEST(Run, what_arrived_before_the_board_was_lost_is_in_the_receipt) {
+  const auto file = test::parse(kScan);
+  auto link = make_sim_rig(wiring_of(file.rig));
+  auto board = Board::connect(std::make_unique<BreakingLink>(std::move(link), 200ms), {});
+  ASSERT_OK(board);
+  auto compilation = compile_program(file, board->info());
+  ASSERT_TRUE(compilation.ok());
+  const auto record = run_program(*board, *compilation.program, {});
+  ASSERT_OK(record);
+  EXPECT_EQ(record->receipt.end, RunEnd::lost);
+  EXPECT_GT(record->receipt.marks.size(), 3U);
+  EXPECT_LT(record->receipt.marks.size(), 60U);
+  EXPECT_TRUE(record->differences.exact());
+  const auto error = run_error(*record);
+  ASSERT_TRUE(error.has_value());
+  EXPECT_EQ(error->code, ErrorCode::device_lost);
+  const auto json = nlohmann::json::parse(receipt_json(*record));
+  EXPECT_EQ(json.at("end"), "lost");
+  EXPECT_FALSE(json.at("clean"));
+  EXPECT_EQ(json.at("counters").at("marks"), record->receipt.marks.size());
+  ASSERT_OK(read_receipt(receipt_json(*record)));
+}
+
+TEST(Run, a_receipt_that_would_fill_the_memory_is_refused) {
+  const auto record =
+      run_file(test::parse("symrig = 1\n[program]\npatterns = 1000000\nbracket = [\"1 ms\", \"2 ms\"]\n"));
+  ASSERT_FALSE(record.ok());
+  EXPECT_EQ(record.error().code, ErrorCode::limit);
+  EXPECT_NE(record.error().hint.find("split"), std::string::npos);
+}
+
 // The simulated camera is as fast as the program says, so no frame is lost.
 TEST(Run, the_simulated_camera_has_the_readout_of_the_program) {
   for (const char* readout : {"500 us", "2 ms", "8 ms"}) {

@@ -123,6 +123,8 @@ class Board {
   /// Waits for the end of the run and sends keep-alives meanwhile. A run that ends by time-out, abort or
   /// fault is not an error of wait(): the receipt contains how it ended. fails: timeout (the run continues).
   Result<Receipt> wait(Nanoseconds timeout);
+  /// The receipt of the last run as far as it has arrived; its end is `lost` until the run has ended.
+  Receipt so_far() const;
   /// upload, arm, start, wait.
   Result<Receipt> run(const Program& program, Nanoseconds timeout);
 

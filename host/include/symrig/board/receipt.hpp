@@ -29,8 +29,9 @@ struct CapturedEdge {
   bool operator==(const CapturedEdge&) const = default;
 };
 
-/// How a run ended. Values are those of the wire.
-enum class RunEnd : std::uint8_t { completed = 0, aborted = 1, wait_timeout = 2, fault = 3 };
+/// How a run ended. Values are those of the wire; `lost` is not on it: the host has not learnt how the run
+/// ended.
+enum class RunEnd : std::uint8_t { completed = 0, aborted = 1, wait_timeout = 2, fault = 3, lost = 255 };
 std::string_view name(RunEnd end);
 
 /// A latched fault.

@@ -52,18 +52,20 @@ struct RunRecord {
   std::optional<FrameLedger> ledger;  ///< only for scans with a captured strobe line
   ClockNote clock;
   bool interrupted = false;  ///< aborted by the progress callback
+  std::optional<Error>
+      lost;  ///< why the host has not learnt how the run ended; the receipt is what arrived before
 };
 
 /// Configures the lines, uploads, arms and starts the program, sends keep-alives and waits for the end. The
 /// keep-alive is that of BoardOptions; it should be program.keep_alive.
-/// A run that ends by a time-out of a wait, a fault or an abort is not an error here: the record contains it.
-/// fails: device_refused (another kind of board, or a refused request), fault (latched by an earlier run),
-/// device_lost, protocol, timeout (the run did not end in time, and was aborted).
+/// A run that has started is never an error here, however it ended: the record contains it (run_error()).
+/// fails before the start: device_refused (another kind of board, or a refused request), fault (latched by an
+/// earlier run), limit (more than 8 million marks and edges), device_lost, protocol, timeout.
 Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options = {});
 
-/// The Error of a run that did not complete: fault, interrupted, timeout (of a wait). Of a run that
-/// completed: frame_missing, if the board lost marks or edges, or the camera has not taken exactly the asked
-/// frames.
+/// The Error of a run that did not complete: fault, interrupted, timeout (of a wait, or the run did not end
+/// in time, and was aborted), device_lost, protocol. Of a run that completed: frame_missing, if the board
+/// lost marks or edges, or the camera has not taken exactly the asked frames.
 std::optional<Error> run_error(const RunRecord& record);
 
 /// The receipt as JSON (docs/receipt.md). It lists at most max_edges planned edges and max_edges captured

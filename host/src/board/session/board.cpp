@@ -43,6 +43,9 @@ Result<void> Board::start_at(Ticks tick) {
 Result<Receipt> Board::wait(Nanoseconds timeout) {
   return session_->wait(timeout);
 }
+Receipt Board::so_far() const {
+  return session_->so_far();
+}
 
 Result<Receipt> Board::run(const Program& program, Nanoseconds timeout) {
   SYMRIG_CHECK(upload(program));

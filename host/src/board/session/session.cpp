@@ -203,6 +203,7 @@ Result<void> Board::Session::start(std::optional<Ticks> at) {
   blank.rate = info_.rate;
   blank.planned_min = {committed_.planned_min};
   blank.planned_max = {committed_.planned_max};
+  blank.end = RunEnd::lost;
   log_.open(blank);
   symrig_wire_Request request = make_request(symrig_wire_Request_start_tag);
   if (at) {

@@ -23,6 +23,7 @@ class Board::Session {
   Result<void> arm(bool autonomous);
   Result<void> start(std::optional<Ticks> at);
   Result<Receipt> wait(Nanoseconds timeout);
+  const Receipt& so_far() const { return log_.receipt(); }
   Result<void> abort();
   Result<void> clear_fault();
   Result<BoardStatus> status();

@@ -14,6 +14,8 @@ std::string_view name(RunEnd end) {
       return "wait_timeout";
     case RunEnd::fault:
       return "fault";
+    case RunEnd::lost:
+      return "lost";
   }
   return "unknown";
 }
