@@ -52,7 +52,7 @@ inline Delay uniform(double low, double high) {
   return [=](Random& random) { return low + (high - low) * random.uniform(); };
 }
 /// With probability p the second.
-inline Delay either(Delay first, double p, Delay second) {
+inline Delay either(const Delay& first, double p, const Delay& second) {
   return [=](Random& random) { return random.uniform() < p ? second(random) : first(random); };
 }
 

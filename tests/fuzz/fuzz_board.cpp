@@ -146,7 +146,7 @@ class BoardPlayer {
   }
 
   void start_later() {
-    const std::uint64_t at = board_.now() + input_.word() * 16U;
+    const std::uint64_t at = board_.now() + std::uint64_t{16} * input_.word();
     host_.start_at(at);
   }
 

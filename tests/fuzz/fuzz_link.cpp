@@ -78,13 +78,13 @@ class LinkPlayer {
         feed(input_.bytes(input_.byte()));
         break;
       case 1:
-        pipe_.free = input_.byte() * 16U;
+        pipe_.free = std::size_t{16} * input_.byte();
         break;
       case 2:
         event();
         break;
       case 3:
-        now_ += input_.word() * 1000U;
+        now_ += std::uint64_t{1000} * input_.word();
         break;
       case 4:
         if (counter_.pending != 0) finish_later();

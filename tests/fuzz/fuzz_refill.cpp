@@ -55,9 +55,7 @@ class Race {
 
   /// false: the engine found its queue empty.
   bool run(const std::vector<Item>& items) {
-    for (const Item& item : items)
-      if (!take(item)) return false;
-    return true;
+    return std::all_of(items.begin(), items.end(), [this](const Item& item) { return take(item); });
   }
 
  private:

@@ -23,7 +23,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr int kAttempts = 2;
 // Calls below, each with at most this many requests (configure: 2 and one a line), each sent kAttempts times;
 // an acknowledgement for each thing received; urgent and chunk frames.
-constexpr std::size_t kMostSends = 64 * 40 * kAttempts;
+constexpr std::size_t kMostSends = std::size_t{64} * 40 * kAttempts;
 
 void put_frame(Kind kind, std::uint16_t seq, std::uint16_t ack, std::uint8_t flags, const Bytes& body,
                Bytes& out) {

@@ -11,7 +11,7 @@ namespace symrig::fuzz {
 /// Stops the process where an invariant is broken: libFuzzer keeps the input, GoogleTest shows the death.
 inline void require(bool holds, const char* invariant) {
   if (holds) return;
-  std::fprintf(stderr, "broken invariant: %s\n", invariant);
+  (void)std::fprintf(stderr, "broken invariant: %s\n", invariant);
   std::abort();
 }
 

@@ -92,7 +92,7 @@ Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
   if (file.lock_memory) lock_memory();
   const Measured measured = measure(*gpio, levels, seconds * kWakesASecond, file.priority);
-  const Result<void> kept = save_measured(measured_path(file), measured);
+  Result<void> kept = save_measured(measured_path(file), measured);
   SYMRIG_CHECK(write_standard_output(measured_text(measured, abilities_of(measured, file))));
   if (!kept) return kept;
   return write_standard_output(printable(

@@ -155,7 +155,7 @@ std::int64_t least_memory(Grid grid, int channels) {
 std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels) {
   constexpr std::int64_t kPixel = 1300, kSample = 400;  // bytes
   // Polish keeps its photographs, some 330, if pattern and weights fit into this.
-  constexpr std::int64_t kMostKept = std::int64_t{300} << 20, kKept = 330 * 4;
+  constexpr std::int64_t kMostKept = std::int64_t{300} << 20, kKept = std::int64_t{330} * 4;
   const std::int64_t kept = grid.size() * (1 + channels) * kKept;
   const bool keeps = settings.economy.polish > 0 && kept <= kMostKept;
   return kProgramBytes + grid.size() * (kPixel + channels * kSample) + (keeps ? kept : 0);

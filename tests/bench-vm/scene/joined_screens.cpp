@@ -46,8 +46,7 @@ std::vector<ScreenTimeline::Lit> JoinedScreens::during(Nanoseconds begin, Nanose
     times.insert(times.end(), changes.begin(), changes.end());
   }
   std::ranges::sort(times);
-  const auto repeated = std::ranges::unique(times);
-  times.erase(repeated.begin(), repeated.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
   std::vector<ScreenTimeline::Lit> lit;
   for (std::size_t k = 0; k + 1 < times.size(); ++k) {
     std::vector<Picture> parts;

@@ -19,7 +19,7 @@ class HangWatch {
  public:
   explicit HangWatch(std::uint64_t number) {
     current() = number;
-    std::signal(SIGPROF, &HangWatch::hangs);
+    (void)std::signal(SIGPROF, &HangWatch::hangs);
     arm(5);
   }
   HangWatch(const HangWatch&) = delete;

@@ -43,7 +43,7 @@ void change_structure(Json& value, Random& random) {
 }
 
 void change(Json& value, Random& random) {
-  if (below(random, 8) == 0) {
+  if (below(random, 8) == 0 || value.is_null()) {
     value = another_kind(random);
   } else if (value.is_number_unsigned() && below(random, 4) == 0) {
     value = random.bits() >> below(random, 64);
@@ -59,8 +59,6 @@ void change(Json& value, Random& random) {
     value = !value.get<bool>();
   } else if (value.is_structured()) {
     change_structure(value, random);
-  } else {
-    value = another_kind(random);
   }
 }
 

@@ -157,7 +157,7 @@ class Mutator {
   }
 
   std::string change_value(Values& values) {
-    const std::size_t at = static_cast<std::size_t>(below(random_, values.count()));
+    const auto at = static_cast<std::size_t>(below(random_, values.count()));
     std::uint8_t* const place = values.bytes.data() + at * values.size();
     const bool whole = H5Tget_class(values.type) == H5T_INTEGER;
     const hid_t native = whole ? H5T_NATIVE_INT64 : H5T_NATIVE_DOUBLE;

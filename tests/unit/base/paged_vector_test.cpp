@@ -83,6 +83,7 @@ TEST_P(Paged, a_copy_has_no_room_for_more) {
   const PagedVector<int> copy = all;
   EXPECT_EQ(MemoryScope::scratch_bytes() - before,
             GetParam() ? static_cast<std::int64_t>(kMany * sizeof(int)) : 0);
+  EXPECT_EQ(copy.size(), all.size());
 }
 
 TEST_P(Paged, windows_show_its_values_wherever_they_are) {

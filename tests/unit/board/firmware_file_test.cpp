@@ -55,8 +55,9 @@ TEST(Uf2, gaps_are_erased_flash) {
   const auto parsed = parse_uf2(file);
   ASSERT_TRUE(parsed.ok());
   ASSERT_EQ(parsed->bytes.size(), 9U * 256);
-  for (std::size_t k = 7 * 256; k < 8 * 256; ++k) EXPECT_EQ(parsed->bytes[k], 0xFF);
-  EXPECT_EQ(parsed->bytes[8 * 256], image()[7 * 256]);
+  constexpr std::size_t kBlock = 256;
+  for (std::size_t k = 7 * kBlock; k < 8 * kBlock; ++k) EXPECT_EQ(parsed->bytes[k], 0xFF);
+  EXPECT_EQ(parsed->bytes[8 * kBlock], image()[7 * kBlock]);
 }
 
 struct Damage {

@@ -4,6 +4,7 @@
 
 #include <csignal>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -91,8 +92,8 @@ TEST(StreamLinks, a_serial_port_passes_every_byte_and_echoes_none) {
   const Pty pty;
   const auto link = open_or_fail("serial:" + pty.path);
   ASSERT_NE(link, nullptr);
-  std::vector<std::uint8_t> all;
-  for (int k = 0; k < 256; ++k) all.push_back(static_cast<std::uint8_t>(k));
+  std::vector<std::uint8_t> all(256);
+  std::iota(all.begin(), all.end(), std::uint8_t{0});
   ASSERT_OK(link->send(all));
   std::vector<std::uint8_t> arrived(512);
   std::size_t count = 0;

@@ -175,7 +175,7 @@ TEST(Upkeep, a_watchdog_that_is_starved_resets_the_board) {
   EXPECT_EQ(status.reset_cause, symrig_wire_ResetCause_RESET_CAUSE_WATCHDOG);
   EXPECT_EQ(status.reset_fault.code, symrig_wire_FaultCode_FAULT_WATCHDOG);
   // After the reset it is fed again.
-  bench.board.advance_to(bench.board.now() + 3 * board_sim::kSimWatchdogMs * kMs);
+  bench.board.advance_to(bench.board.now() + std::uint64_t{3} * board_sim::kSimWatchdogMs * kMs);
   EXPECT_EQ(bench.host.configure(test::plain_config()), 0U);
 }
 
@@ -196,7 +196,7 @@ TEST(Upkeep, a_watchdog_is_starved_only_where_outputs_are_safe) {
   EXPECT_EQ(refused->code, symrig_wire_Code_CODE_BAD_VALUE);
   EXPECT_EQ(refused->field, static_cast<std::uint32_t>(symrig_wire_Reboot_starve_watchdog_tag));
   // None of them stopped the feeding.
-  bench.board.advance_to(bench.board.now() + 2 * board_sim::kSimWatchdogMs * kMs);
+  bench.board.advance_to(bench.board.now() + std::uint64_t{2} * board_sim::kSimWatchdogMs * kMs);
   EXPECT_EQ(bench.host.status().reset_cause, symrig_wire_ResetCause_RESET_CAUSE_POWER);
 }
 
