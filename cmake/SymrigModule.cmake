@@ -24,11 +24,6 @@ function(symrig_module name)
     # -Og inlines nothing: each v[i] is then a call, and the tests take several times as long.
     target_compile_options(${target} PRIVATE -O1)
   endif()
-  # Kernels are compiled for each instruction set, and a computer runs the best that it has: a sanitizer never sees the two between the
-  # least and AVX2. The tensor leaves them out in every build (disabled_targets.hpp).
-  if(SYMRIG_SANITIZE AND NOT name STREQUAL tensor)
-    target_compile_definitions(${target} PRIVATE "HWY_DISABLED_TARGETS=(HWY_SSSE3|HWY_SSE4)")
-  endif()
   set_target_properties(${target} PROPERTIES SYMRIG_COMPUTES "${arg_COMPUTES}")
   target_include_directories(${target}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/host/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>

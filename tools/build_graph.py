@@ -209,9 +209,8 @@ class Graph:
                 files |= self.folder_files(self.tree / label.removeprefix("about:"), lambda file: not file.endswith(".md"))
         for path in self.places(test):
             if path in {str(self.build), str(self.tree)}:
-                if whole:
-                    made.update(self.everything())
-                    files |= {str(self.tree / name) for name in self.tracked}
+                made.update(self.everything() if whole and path == str(self.build) else {})
+                files |= {str(self.tree / name) for name in self.tracked} if whole and path == str(self.tree) else set()
                 continue
             for output in self.outputs_at(path):
                 made.update(self.made_of(output, whole))
