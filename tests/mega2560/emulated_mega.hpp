@@ -42,10 +42,14 @@ class EmulatedMega {
   void set_input(unsigned line, bool level);
   /// Sets it when the board has reached this cycle. Calls in order of time.
   void set_input_at(std::uint64_t cycle, unsigned line, bool level);
+  /// From now on this input changes every `cycles` (0: no more), beginning with the opposite of its level.
+  void chatter(unsigned line, std::uint64_t cycles);
   /// A wire from an output to an input.
   void jumper(unsigned output, unsigned input);
   /// The processor stays where it is, with interrupts off, as after a fault of the firmware. Timers go on.
   void stop_firmware();
+  /// The clock's overflow interrupt comes no more, until a reset.
+  void stop_clock();
   /// Level of an output pin.
   bool output(unsigned line) const;
   /// All edges of outputs and inputs since the last call.

@@ -119,6 +119,21 @@ TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
   EXPECT_EQ(status->reset_cause, ResetCause::watchdog);
 }
 
+/// The keep-alive and the limits need the time. So the board restarts if its clock stands still.
+TEST(MegaSafety, the_watchdog_restarts_a_board_whose_clock_stands_still) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  ASSERT_OK(lit_board(mega));
+  mega.stop_clock();
+  mega.run(16'000 * 320);  // an overflow of the clock, and the watchdog's 250 ms
+  EXPECT_FALSE(mega.output(kAux0));
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  const auto status = board->status();
+  ASSERT_OK(status);
+  EXPECT_EQ(status->reset_cause, ResetCause::watchdog);
+}
+
 TEST(MegaSafety, a_watchdog_that_is_starved_on_purpose_resets_the_board) {
   NEEDS_MEGA();
   EmulatedMega mega;

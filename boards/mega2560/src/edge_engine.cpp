@@ -104,7 +104,8 @@ void MegaEngine::set_trips(uint32_t lines, uint32_t levels) {
   trip_lines_ = static_cast<uint8_t>(lines >> kOutputs);
   trip_levels_ = static_cast<uint8_t>(levels >> kOutputs);
   tripped_ = 0;
-  check_trips(static_cast<uint8_t>(~(input_levels() ^ trip_levels_)));
+  log_.take_all_inputs();
+  look_for_trips(static_cast<uint8_t>(~(input_levels() ^ trip_levels_)));
 }
 
 /// Wakes kLead ticks before next_, after kFar ticks, or at once, whichever is first. Timer 1 counts from 0
@@ -202,21 +203,15 @@ void MegaEngine::end_wait(ShortTick tick, bool timed_out) {
   outcomes_put_ = static_cast<uint8_t>(outcomes_put_ + 1);
 }
 
-void MegaEngine::input(ShortTick tick, uint8_t input, bool level) {
-  const auto bit = static_cast<uint8_t>(1U << input);
-  if (((trip_levels_ & bit) != 0) == level) check_trips(bit);
-  recent_[input].tick[level ? 1 : 0] = tick;
-  recent_[input].known[level ? 1 : 0] = true;
-  log_.add(tick, static_cast<uint8_t>(kOutputs + input), level);
+void MegaEngine::awaited_edge(ShortTick tick, uint8_t input, bool level) {
   if (!ends_wait(tick, input, level)) return;
   end_wait(tick, false);
   if (playing_) set_alarm();
 }
 
-void MegaEngine::check_trips(uint8_t at_level) {
-  if ((at_level & trip_lines_) == 0) return;
-  tripped_ = static_cast<uint8_t>(tripped_ | (at_level & trip_lines_));
+void MegaEngine::trip(uint8_t lines) {
   stop_safe();
+  tripped_ = static_cast<uint8_t>(tripped_ | lines);
 }
 
 /// Keeps the outcomes of waits, which the firmware still has to read.

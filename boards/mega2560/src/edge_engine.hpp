@@ -38,8 +38,18 @@ class MegaEngine final : public hal::EdgeEngine {
 
   // From interrupts, with interrupts off.
   void time_is_up();
+  /// Each edge of a watched interlock trips, even if the line is back at its other level by now. edges: bit k
+  /// is line kOutputs + k.
+  __attribute__((always_inline)) void look_for_trips(uint8_t edges) {
+    const auto hit = static_cast<uint8_t>(edges & trip_lines_ & ~tripped_);
+    if (hit != 0) trip(hit);
+  }
   /// An input changed at `tick`. input: line - kOutputs.
-  void input(ShortTick tick, uint8_t input, bool level);
+  __attribute__((always_inline)) void input(ShortTick tick, uint8_t input, bool level) {
+    recent_[input].tick[level ? 1 : 0] = tick;
+    recent_[input].known[level ? 1 : 0] = true;
+    if (waiting_ && input == (wait_.line & ~kStop)) awaited_edge(tick, input, level);
+  }
   /// The host asks for an abort: the safe word at once.
   void stop_now();
 
@@ -68,7 +78,8 @@ class MegaEngine final : public hal::EdgeEngine {
   void run_dry();
   void stop_safe();
   void stop();
-  void check_trips(uint8_t at_level);
+  void trip(uint8_t lines);
+  void awaited_edge(ShortTick tick, uint8_t input, bool level);
   void put(uint8_t levels);
   void shown(uint8_t levels, ShortTick tick);
   void set_alarm() const;
