@@ -103,9 +103,10 @@ void MegaEngine::set_trips(uint32_t lines, uint32_t levels) {
   const IrqLock lock;
   trip_lines_ = static_cast<uint8_t>(lines >> kOutputs);
   trip_levels_ = static_cast<uint8_t>(levels >> kOutputs);
-  tripped_ = 0;
+  tripped_ = static_cast<uint8_t>(tripped_ & trip_lines_);
   log_.take_all_inputs();
-  look_for_trips(static_cast<uint8_t>(~(input_levels() ^ trip_levels_)));
+  // An edge whose interrupt is still to come counts, whatever the level is by now.
+  look_for_trips(static_cast<uint8_t>(EIFR | ~(input_levels() ^ trip_levels_)));
 }
 
 /// Wakes kLead ticks before next_, after kFar ticks, or at once, whichever is first. Timer 1 counts from 0
