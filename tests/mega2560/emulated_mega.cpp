@@ -249,14 +249,29 @@ unsigned EmulatedMega::stack_room() const {
   return impl_->avr->ramend + 1 - impl_->variables_end;
 }
 
-std::vector<std::uint8_t> EmulatedMega::variable(const std::string& symbol, unsigned bytes) const {
+unsigned EmulatedMega::place(const std::string& symbol) const {
   for (std::uint32_t k = 0; k < impl_->firmware.symbolcount; ++k) {
     const avr_symbol_t& known = *impl_->firmware.symbol[k];
-    if (symbol != known.symbol) continue;
-    const unsigned at = known.addr & 0xFFFFU;
-    return {impl_->avr->data + at, impl_->avr->data + at + bytes};
+    if (symbol == known.symbol) return known.addr & 0xFFFFU;
   }
-  return {};
+  return 0;
+}
+
+std::vector<std::uint8_t> EmulatedMega::variable(const std::string& symbol, unsigned bytes) const {
+  const unsigned at = place(symbol);
+  if (at == 0) return {};
+  return {impl_->avr->data + at, impl_->avr->data + at + bytes};
+}
+
+/// The clock is a pointer to its functions and the number of its overflows, 2^16 ticks each.
+void EmulatedMega::skip_time(std::uint32_t steps) {
+  const unsigned at = place("_ZN6symrig8mega256012_GLOBAL__N_110tick_clockE");
+  if (at == 0) throw std::runtime_error("the image has no tick_clock");
+  std::uint8_t* overflows = impl_->avr->data + at + 2;
+  std::uint32_t count = 0;
+  for (unsigned k = 0; k < 4; ++k) count |= std::uint32_t{overflows[k]} << 8 * k;
+  count += steps << 7U;
+  for (unsigned k = 0; k < 4; ++k) overflows[k] = static_cast<std::uint8_t>(count >> 8 * k);
 }
 
 /// The UART as a link. Its time is the board's.

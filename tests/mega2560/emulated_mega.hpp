@@ -48,6 +48,10 @@ class EmulatedMega {
   void jumper(unsigned output, unsigned input);
   /// The processor stays where it is, with interrupts off, as after a fault of the firmware. Timers go on.
   void stop_firmware();
+  /// The board's clock goes ahead by this many steps of 2^23 ticks (4.2 s). Its second clock notices nothing:
+  /// it wraps after that time.
+  void skip_time(std::uint32_t steps);
+  static constexpr std::uint64_t kStep = std::uint64_t{1} << 23U;
   /// The clock's overflow interrupt comes no more, until a reset.
   void stop_clock();
   /// Level of an output pin.
@@ -58,6 +62,8 @@ class EmulatedMega {
   unsigned stack_left() const;
   /// Bytes between the end of the variables and the end of the RAM.
   unsigned stack_room() const;
+  /// Where a variable of the firmware is, in RAM; 0: there is no such symbol.
+  unsigned place(const std::string& symbol) const;
   /// A variable of the firmware, by its symbol. 0 bytes: the image has no such symbol.
   std::vector<std::uint8_t> variable(const std::string& symbol, unsigned bytes) const;
 

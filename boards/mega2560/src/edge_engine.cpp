@@ -12,6 +12,7 @@ namespace {
 
 constexpr uint16_t kFar = 0x7000;               // ticks that the alarm waits at most before it looks again
 constexpr uint16_t kSoon = 16;                  // the shortest alarm
+constexpr hal::Tick kFarAway = 1UL << 30U;      // a start that is later than this waits in 64 bits
 constexpr uint16_t kSetting = 8;                // ticks that setting the alarm takes
 constexpr uint16_t kStart = kLead + 4 * kSoon;  // from start() to the first word of a start that is due now
 
@@ -53,10 +54,12 @@ Tick MegaEngine::start(Tick tick) {
   late_ = 0;
   outcomes_taken_ = outcomes_put_;
   next_ = static_cast<ShortTick>(begin);
+  begin_ = begin;
   if (tripped_ != 0) {
     stop_safe();
   } else {
     playing_ = true;
+    far_ = starts_far_away();
     set_alarm();
   }
   return begin;
@@ -114,8 +117,8 @@ void MegaEngine::set_trips(uint32_t lines, uint32_t levels) {
 void MegaEngine::set_alarm() const {
   const ShortTick now = clock_.now_locked();
   const ShortTick wake = next_ - kLead - kSetting;
-  uint16_t wait = kSoon;
-  if (before(now + kSoon, wake)) wait = wake - now < kFar ? static_cast<uint16_t>(wake - now) : kFar;
+  uint16_t wait = far_ ? kFar : kSoon;
+  if (!far_ && before(now + kSoon, wake)) wait = wake - now < kFar ? static_cast<uint16_t>(wake - now) : kFar;
   TCNT1 = 0;
   OCR1A = wait;
   TIFR1 = 1U << OCF1A;
@@ -132,9 +135,16 @@ bool MegaEngine::wait_for_tick(ShortTick tick) const {
 
 void MegaEngine::time_is_up() {
   if (!playing_) return;
+  far_ = far_ && starts_far_away();
   const ShortTick now = clock_.now_locked();
-  if (before(next_, now + kLead + kSetting + kSoon)) act();
+  if (!far_ && before(next_, now + kLead + kSetting + kSoon)) act();
   if (playing_) set_alarm();
+}
+
+/// Ticks are compared by 32 bits, so a start may be too far ahead for that.
+bool MegaEngine::starts_far_away() const {
+  const Tick now = clock_.long_now_locked();
+  return begin_ > now && begin_ - now > kFarAway;
 }
 
 /// The next word, the end of a wait, or the end of the run.
@@ -181,7 +191,7 @@ void MegaEngine::begin_wait(const Slot& wait) {
   next_ += wait.ticks;
   const Recent& recent = recent_[wait.line & ~kStop];
   for (uint8_t level = 0; level < 2; ++level)
-    if (recent.known[level] &&
+    if (recent.life[level] != 0 &&
         ends_wait(recent.tick[level], static_cast<uint8_t>(wait.line & ~kStop), level != 0))
       return end_wait(recent.tick[level], false);
 }
@@ -202,6 +212,12 @@ void MegaEngine::end_wait(ShortTick tick, bool timed_out) {
   }
   next_ = outcome.resumed;
   outcomes_put_ = static_cast<uint8_t>(outcomes_put_ + 1);
+}
+
+void MegaEngine::age_edges() {
+  for (Recent& recent : recent_)
+    for (uint8_t& life : recent.life)
+      if (life != 0) --life;
 }
 
 void MegaEngine::awaited_edge(ShortTick tick, uint8_t input, bool level) {

@@ -110,6 +110,7 @@ void __vector_17() {
 void __vector_35() {
   symrig::mega2560::tick_clock.overflowed();
   symrig::mega2560::input_gate.open();
+  symrig::mega2560::engine.age_edges();
 }  // TIMER3 OVF
 void __vector_25() {
   symrig::mega2560::uart.received(UDR0);
