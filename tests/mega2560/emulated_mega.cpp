@@ -32,6 +32,10 @@ constexpr unsigned kFirstInput = 6;
 constexpr std::uint8_t kPaint = 0xC5;
 constexpr std::uint16_t kEifr = 0x3C;
 constexpr std::uint16_t kTimsk3 = 0x71;
+constexpr std::uint16_t kDdra = 0x21;
+constexpr std::uint16_t kPorta = 0x22;
+constexpr std::uint16_t kMcusr = 0x54;
+constexpr std::uint8_t kByPin = 2;  // EXTRF
 
 struct Pin {
   char port;
@@ -162,6 +166,7 @@ struct EmulatedMega::Impl {
       planned.pop_front();
     }
     const int state = avr_run(avr);
+    driven_low |= static_cast<std::uint8_t>(avr->data[kDdra] & ~avr->data[kPorta]);
     if (state == cpu_Crashed || state == cpu_Done) throw std::runtime_error("the emulated processor crashed");
   }
 
@@ -172,6 +177,7 @@ struct EmulatedMega::Impl {
   std::array<bool, 12> levels{};
   std::vector<MegaEdge> edges;
   std::deque<Planned> planned;
+  std::uint32_t driven_low = 0;
   std::array<Chatter, 12> chatters{};
   std::deque<std::uint8_t> to_board;
   std::vector<std::uint8_t> to_host;
@@ -229,6 +235,15 @@ void EmulatedMega::stop_firmware() {
 
 void EmulatedMega::stop_clock() {
   impl_->avr->data[kTimsk3] = 0;
+}
+
+void EmulatedMega::reset_by_pin() {
+  avr_reset(impl_->avr);
+  impl_->avr->data[kMcusr] = kByPin;
+}
+
+std::uint32_t EmulatedMega::take_driven_low() {
+  return std::exchange(impl_->driven_low, 0U);
 }
 
 bool EmulatedMega::output(unsigned line) const {

@@ -54,6 +54,10 @@ class EmulatedMega {
   static constexpr std::uint64_t kStep = std::uint64_t{1} << 23U;
   /// The clock's overflow interrupt comes no more, until a reset.
   void stop_clock();
+  /// A reset by its pin, as when a program opens the serial port of an Arduino.
+  void reset_by_pin();
+  /// Outputs that the chip has driven low since the last call, bit k = line k.
+  std::uint32_t take_driven_low();
   /// Level of an output pin.
   bool output(unsigned line) const;
   /// All edges of outputs and inputs since the last call.

@@ -238,5 +238,32 @@ TEST(MegaSafety, a_stored_configuration_holds_after_a_restart) {
   EXPECT_NE(stored, 0U);
 }
 
+/// A laser with an active-low input would flash.
+TEST(MegaSafety, a_line_that_is_safe_at_high_is_never_driven_low_by_a_restart) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure(std::vector<LineConfig>{{.line = "aux1", .safe_level = true}}));
+  ASSERT_OK(board->store_config("active low"));
+  const auto restarts_by = [&](const char* what, ResetCause cause) {
+    mega.run(16'000'000);
+    EXPECT_TRUE(mega.output(kAux1)) << what;
+    EXPECT_EQ(mega.take_driven_low() >> kAux1 & 1U, 0U) << what;
+    const auto status = Board::connect(mega.link())->status();
+    EXPECT_TRUE(status.ok()) << what;
+    EXPECT_EQ(status->reset_cause, cause) << what;
+  };
+  mega.take_driven_low();
+  mega.reset_by_pin();
+  restarts_by("reset by pin", ResetCause::pin);
+  mega.stop_firmware();
+  restarts_by("reset by watchdog", ResetCause::watchdog);
+  board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->reboot(false));
+  restarts_by("reset by request", ResetCause::request);
+}
+
 }  // namespace
 }  // namespace symrig::test::mega_safety_test

@@ -19,8 +19,6 @@ constexpr uint16_t kStart = kLead + 4 * kSoon;  // from start() to the first wor
 }  // namespace
 
 void MegaEngine::begin() {
-  PORTA = 0;
-  DDRA = kOutputMask;
   TCCR1A = 0;
   TCCR1B = 1U << CS11;  // clk/8, as the clock
   TIFR1 = 1U << OCF1A;
@@ -247,8 +245,11 @@ void MegaEngine::stop_now() {
   stop_safe();
 }
 
+/// The first call makes the pins outputs. Before that they are inputs, as in reset: the stored safe levels
+/// are not known yet, and a line that is safe at high would go low at each start.
 void MegaEngine::put(uint8_t levels) {
   PORTA = levels;
+  DDRA = kOutputMask;
   shown(levels, clock_.now_locked());
 }
 

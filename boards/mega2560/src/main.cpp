@@ -45,7 +45,6 @@ void read_unique_id() {
 }
 
 void set_up() {
-  MegaEngine::begin();
   board_system.begin();
   MegaIndicator::begin();
   read_unique_id();
