@@ -30,6 +30,7 @@ void Core::poll() {
   watch_edges();
   watch_limits();
   watch_trips();
+  watch_chatter();  // after trips: an interlock that opened is the cause that matters
   run_on();
   received_ = board_.clock.now();
   link_.receive(*this, received_);
@@ -96,6 +97,14 @@ void Core::watch_edges() {
   more_edges_ = left == 0;
   if (board_.capture.take_overflow() && guard_.watching())
     raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0);
+}
+
+/// An input that is not configured may change as it likes.
+void Core::watch_chatter() {
+  for (uint32_t left = board_.capture.take_chatter(); left != 0; left &= left - 1) {
+    const unsigned line = protocol::lowest_bit(left);
+    if (config_.line(line).configured && exposed()) raise(symrig_wire_FaultCode_FAULT_CHATTER, line);
+  }
 }
 
 /// The event under construction. The caller fills it in and pushes it before it does anything else. The queue

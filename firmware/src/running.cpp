@@ -121,6 +121,9 @@ void Core::start(const symrig_wire_Start& start, symrig_wire_Reply& reply) {
   }
   const hal::Tick now = board_.clock.now();
   const bool timed = start.which_when == symrig_wire_Start_at_tick_tag;
+  const bool at_once = start.which_when == symrig_wire_Start_now_tag && start.when.now;
+  // A newer host may ask for a way that is not known here, for example a condition: nothing may move then.
+  if (!timed && !at_once) return bad_value(reply, symrig_wire_Start_now_tag);
   const hal::Tick at = timed ? start.when.at_tick : now;
   if (at < now) return refuse(reply, symrig_wire_Code_CODE_IN_PAST, now);
   if (at - now > protocol::kMaxDuration) return bad_value(reply, symrig_wire_Start_at_tick_tag);

@@ -15,6 +15,7 @@ extern "C" {
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
 #include <simavr/sim_hex.h>
+#include <simavr/sim_io.h>
 }
 
 namespace symrig::test {
@@ -29,6 +30,12 @@ std::string image() {
 constexpr std::uint64_t kByteCycles = 1600;  // 10 bits at 115,200 baud are 1,389; simavr 1.6 needs 11 (1,503)
 constexpr unsigned kFirstInput = 6;
 constexpr std::uint8_t kPaint = 0xC5;
+constexpr std::uint16_t kEifr = 0x3C;
+constexpr std::uint16_t kTimsk3 = 0x71;
+constexpr std::uint16_t kDdra = 0x21;
+constexpr std::uint16_t kPorta = 0x22;
+constexpr std::uint16_t kMcusr = 0x54;
+constexpr std::uint8_t kByPin = 2;  // EXTRF
 
 struct Pin {
   char port;
@@ -59,6 +66,10 @@ struct EmulatedMega::Impl {
     unsigned line;
     bool level;
   };
+  struct Chatter {
+    std::uint64_t period = 0;  // 0: none
+    std::uint64_t next = 0;
+  };
 
   Impl() {
     if (elf_read_firmware(image().c_str(), &firmware) != 0)
@@ -71,6 +82,7 @@ struct EmulatedMega::Impl {
     avr_load_firmware(avr, &firmware);
     variables_end = firmware.datasize + firmware.bsssize + 0x200;
     connect();
+    clear_flags_by_ones();
     write_serial();
     paint();
   }
@@ -99,6 +111,17 @@ struct EmulatedMega::Impl {
     }
   }
 
+  /// simavr 1.6 stores what is written to EIFR. The chip clears the flags that are written as ones (data
+  /// sheet 15.2.4).
+  void clear_flags_by_ones() { avr_register_io_write(avr, kEifr, clear_flags, nullptr); }
+  static void clear_flags(avr_t* avr, avr_io_addr_t /*at*/, std::uint8_t ones, void* /*none*/) {
+    for (unsigned k = 0; k < avr->interrupts.vector_count; ++k) {
+      avr_int_vector_t* vector = avr->interrupts.vector[k];
+      if (vector->raised.reg == kEifr && (ones >> vector->raised.bit & 1U) != 0)
+        avr_clear_interrupt(avr, vector);
+    }
+  }
+
   /// What the maker writes once: the serial number in the last eight bytes of the EEPROM.
   void write_serial() {
     std::array<std::uint8_t, 8> serial{'m', 'e', 'g', 'a', '0', '0', '0', '1'};
@@ -124,17 +147,26 @@ struct EmulatedMega::Impl {
     if (wire && wire->first == line) avr_raise_irq(pin(wire->second), level ? 1 : 0);
   }
 
+  void shake(unsigned line) {
+    Chatter& at = chatters.at(line);
+    if (at.period == 0 || avr->cycle < at.next) return;
+    at.next += at.period;
+    avr_raise_irq(pin(line), levels.at(line) ? 0 : 1);
+  }
+
   void step() {
     if (!to_board.empty() && avr->cycle >= next_byte) {
       avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT), to_board.front());
       to_board.pop_front();
       next_byte = avr->cycle + kByteCycles;
     }
+    for (unsigned line = kFirstInput; line < kPins.size(); ++line) shake(line);
     while (!planned.empty() && avr->cycle >= planned.front().cycle) {
       avr_raise_irq(pin(planned.front().line), planned.front().level ? 1 : 0);
       planned.pop_front();
     }
     const int state = avr_run(avr);
+    driven_low |= static_cast<std::uint8_t>(avr->data[kDdra] & ~avr->data[kPorta]);
     if (state == cpu_Crashed || state == cpu_Done) throw std::runtime_error("the emulated processor crashed");
   }
 
@@ -145,6 +177,8 @@ struct EmulatedMega::Impl {
   std::array<bool, 12> levels{};
   std::vector<MegaEdge> edges;
   std::deque<Planned> planned;
+  std::uint32_t driven_low = 0;
+  std::array<Chatter, 12> chatters{};
   std::deque<std::uint8_t> to_board;
   std::vector<std::uint8_t> to_host;
   std::uint64_t next_byte = 0;
@@ -181,6 +215,10 @@ void EmulatedMega::set_input_at(std::uint64_t cycle, unsigned line, bool level) 
   impl_->planned.push_back({cycle, line, level});
 }
 
+void EmulatedMega::chatter(unsigned line, std::uint64_t cycles) {
+  impl_->chatters.at(line) = {cycles, impl_->avr->cycle + cycles};
+}
+
 void EmulatedMega::jumper(unsigned output, unsigned input) {
   impl_->wire = {output, input};
   set_input(input, impl_->levels.at(output));
@@ -193,6 +231,19 @@ void EmulatedMega::stop_firmware() {
   avr->flash[avr->flashend] = 0xCF;
   avr->pc = avr->flashend - 1;
   avr->sreg[S_I] = 0;
+}
+
+void EmulatedMega::stop_clock() {
+  impl_->avr->data[kTimsk3] = 0;
+}
+
+void EmulatedMega::reset_by_pin() {
+  avr_reset(impl_->avr);
+  impl_->avr->data[kMcusr] = kByPin;
+}
+
+std::uint32_t EmulatedMega::take_driven_low() {
+  return std::exchange(impl_->driven_low, 0U);
 }
 
 bool EmulatedMega::output(unsigned line) const {
@@ -213,14 +264,29 @@ unsigned EmulatedMega::stack_room() const {
   return impl_->avr->ramend + 1 - impl_->variables_end;
 }
 
-std::vector<std::uint8_t> EmulatedMega::variable(const std::string& symbol, unsigned bytes) const {
+unsigned EmulatedMega::place(const std::string& symbol) const {
   for (std::uint32_t k = 0; k < impl_->firmware.symbolcount; ++k) {
     const avr_symbol_t& known = *impl_->firmware.symbol[k];
-    if (symbol != known.symbol) continue;
-    const unsigned at = known.addr & 0xFFFFU;
-    return {impl_->avr->data + at, impl_->avr->data + at + bytes};
+    if (symbol == known.symbol) return known.addr & 0xFFFFU;
   }
-  return {};
+  return 0;
+}
+
+std::vector<std::uint8_t> EmulatedMega::variable(const std::string& symbol, unsigned bytes) const {
+  const unsigned at = place(symbol);
+  if (at == 0) return {};
+  return {impl_->avr->data + at, impl_->avr->data + at + bytes};
+}
+
+/// The clock is a pointer to its functions and the number of its overflows, 2^16 ticks each.
+void EmulatedMega::skip_time(std::uint32_t steps) {
+  const unsigned at = place("_ZN6symrig8mega256012_GLOBAL__N_110tick_clockE");
+  if (at == 0) throw std::runtime_error("the image has no tick_clock");
+  std::uint8_t* overflows = impl_->avr->data + at + 2;
+  std::uint32_t count = 0;
+  for (unsigned k = 0; k < 4; ++k) count |= std::uint32_t{overflows[k]} << 8 * k;
+  count += steps << 7U;
+  for (unsigned k = 0; k < 4; ++k) overflows[k] = static_cast<std::uint8_t>(count >> 8 * k);
 }
 
 /// The UART as a link. Its time is the board's.

@@ -42,10 +42,22 @@ class EmulatedMega {
   void set_input(unsigned line, bool level);
   /// Sets it when the board has reached this cycle. Calls in order of time.
   void set_input_at(std::uint64_t cycle, unsigned line, bool level);
+  /// From now on this input changes every `cycles` (0: no more), beginning with the opposite of its level.
+  void chatter(unsigned line, std::uint64_t cycles);
   /// A wire from an output to an input.
   void jumper(unsigned output, unsigned input);
   /// The processor stays where it is, with interrupts off, as after a fault of the firmware. Timers go on.
   void stop_firmware();
+  /// The board's clock goes ahead by this many steps of 2^23 ticks (4.2 s). Its second clock notices nothing:
+  /// it wraps after that time.
+  void skip_time(std::uint32_t steps);
+  static constexpr std::uint64_t kStep = std::uint64_t{1} << 23U;
+  /// The clock's overflow interrupt comes no more, until a reset.
+  void stop_clock();
+  /// A reset by its pin, as when a program opens the serial port of an Arduino.
+  void reset_by_pin();
+  /// Outputs that the chip has driven low since the last call, bit k = line k.
+  std::uint32_t take_driven_low();
   /// Level of an output pin.
   bool output(unsigned line) const;
   /// All edges of outputs and inputs since the last call.
@@ -54,6 +66,8 @@ class EmulatedMega {
   unsigned stack_left() const;
   /// Bytes between the end of the variables and the end of the RAM.
   unsigned stack_room() const;
+  /// Where a variable of the firmware is, in RAM; 0: there is no such symbol.
+  unsigned place(const std::string& symbol) const;
   /// A variable of the firmware, by its symbol. 0 bytes: the image has no such symbol.
   std::vector<std::uint8_t> variable(const std::string& symbol, unsigned bytes) const;
 

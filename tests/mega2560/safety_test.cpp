@@ -17,6 +17,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr unsigned kInterlock = 9;
 constexpr unsigned kAux0 = 4;
+constexpr unsigned kAux1 = 5;
 constexpr std::uint64_t kMicrosecond = 16;  // cycles
 
 const std::vector<LineConfig> kLines{{.line = "aux0"}, {.line = "interlock", .trip_level = true}};
@@ -96,6 +97,69 @@ TEST(MegaSafety, a_manual_set_never_survives_an_interlock) {
   EXPECT_GT(accepted, 0) << "the sweep goes beyond the answer";
 }
 
+constexpr std::uint64_t kGlitch = 15 * kMicrosecond;
+
+void open_for_a_moment(EmulatedMega& mega, std::uint64_t cycle) {
+  mega.set_input_at(cycle, kInterlock, true);
+  mega.set_input_at(cycle + kGlitch, kInterlock, false);
+}
+
+struct ManualSet {
+  bool answered = false;
+  bool on = false;         // outputs are on some time after the answer
+  bool fault = false;      // and the board is in FAULT
+  std::uint64_t rise = 0;  // when the output rose, in cycles after the request; 0: it did not
+};
+
+/// A manual set of aux1; with `lit`, aux0 is on before, so that the interlock is watched at every moment of
+/// the request. The emulator does the same each time. opened: when the interlock opens for a moment, in
+/// cycles after the request; 0: it does not.
+ManualSet manual_set(bool lit, std::uint64_t opened) {
+  EmulatedMega mega;
+  ManualSet seen;
+  auto board = Board::connect(mega.link());
+  EXPECT_TRUE(board.ok() && board->configure(kLines).ok());
+  EXPECT_TRUE(!lit || board->set_line("aux0", true).ok());
+  mega.edges();
+  const std::uint64_t asked = mega.cycle();
+  if (opened != 0) open_for_a_moment(mega, asked + opened);
+  seen.answered = board->set_line("aux1", true).ok();
+  mega.run(32'000);
+  seen.on = mega.output(kAux0) || mega.output(kAux1);
+  for (const MegaEdge& edge : mega.edges())
+    if (edge.line == kAux1 && edge.level) seen.rise = edge.cycle - asked;
+  const auto status = board->status();
+  EXPECT_TRUE(status.ok());
+  seen.fault = status->state == BoardState::fault;
+  return seen;
+}
+
+TEST(MegaSafety, an_opening_of_15_us_is_never_forgotten) {
+  NEEDS_MEGA();
+  const ManualSet plain = manual_set(true, 0);
+  ASSERT_GT(plain.rise, 2'000U);
+  std::vector<std::uint64_t> moments;
+  for (std::uint64_t before = 1; before <= 120; before += 3)
+    moments.push_back(plain.rise - before * kMicrosecond);
+  for (std::uint64_t when = 9; when < 130'000; when += 20'003) moments.push_back(when);
+  for (const std::uint64_t opened : moments) {
+    const ManualSet seen = manual_set(true, opened);
+    EXPECT_FALSE(seen.on) << "opened " << opened << " cycles after the request, the rise is at "
+                          << plain.rise;
+    EXPECT_TRUE(seen.fault) << "opened " << opened << " cycles after the request";
+  }
+}
+
+TEST(MegaSafety, an_opening_of_15_us_just_before_the_outputs_rise_stops_them) {
+  NEEDS_MEGA();
+  const ManualSet plain = manual_set(false, 0);
+  ASSERT_TRUE(plain.answered && plain.on);
+  for (std::uint64_t before = 2; before <= 26; before += 3) {
+    const ManualSet seen = manual_set(false, plain.rise - before * kMicrosecond);
+    EXPECT_FALSE(seen.on) << "opened " << before << " us before the rise; answered " << seen.answered;
+  }
+}
+
 TEST(MegaSafety, an_abort_works_while_the_board_is_busy) {
   NEEDS_MEGA();
   EmulatedMega mega;
@@ -111,6 +175,21 @@ TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
   ASSERT_OK(lit_board(mega));
   mega.stop_firmware();
   mega.run(16'000'000);
+  EXPECT_FALSE(mega.output(kAux0));
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  const auto status = board->status();
+  ASSERT_OK(status);
+  EXPECT_EQ(status->reset_cause, ResetCause::watchdog);
+}
+
+/// The keep-alive and the limits need the time. So the board restarts if its clock stands still.
+TEST(MegaSafety, the_watchdog_restarts_a_board_whose_clock_stands_still) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  ASSERT_OK(lit_board(mega));
+  mega.stop_clock();
+  mega.run(16'000 * 320);  // an overflow of the clock, and the watchdog's 250 ms
   EXPECT_FALSE(mega.output(kAux0));
   auto board = Board::connect(mega.link());
   ASSERT_OK(board);
@@ -157,6 +236,33 @@ TEST(MegaSafety, a_stored_configuration_holds_after_a_restart) {
   EXPECT_EQ(status->reset_cause, ResetCause::request);
   EXPECT_EQ(status->stored_config, stored);
   EXPECT_NE(stored, 0U);
+}
+
+/// A laser with an active-low input would flash.
+TEST(MegaSafety, a_line_that_is_safe_at_high_is_never_driven_low_by_a_restart) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure(std::vector<LineConfig>{{.line = "aux1", .safe_level = true}}));
+  ASSERT_OK(board->store_config("active low"));
+  const auto restarts_by = [&](const char* what, ResetCause cause) {
+    mega.run(16'000'000);
+    EXPECT_TRUE(mega.output(kAux1)) << what;
+    EXPECT_EQ(mega.take_driven_low() >> kAux1 & 1U, 0U) << what;
+    const auto status = Board::connect(mega.link())->status();
+    EXPECT_TRUE(status.ok()) << what;
+    EXPECT_EQ(status->reset_cause, cause) << what;
+  };
+  mega.take_driven_low();
+  mega.reset_by_pin();
+  restarts_by("reset by pin", ResetCause::pin);
+  mega.stop_firmware();
+  restarts_by("reset by watchdog", ResetCause::watchdog);
+  board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->reboot(false));
+  restarts_by("reset by request", ResetCause::request);
 }
 
 }  // namespace

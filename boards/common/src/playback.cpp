@@ -108,7 +108,7 @@ void Playback::inputs_are(std::uint32_t levels) {
 void Playback::set_trips(std::uint32_t lines, std::uint32_t levels, std::uint32_t inputs) {
   trip_lines_ = lines;
   trip_levels_ = levels;
-  tripped_ = 0;
+  tripped_ &= lines;
   inputs_are(inputs);
 }
 

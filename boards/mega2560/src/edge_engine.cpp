@@ -12,14 +12,13 @@ namespace {
 
 constexpr uint16_t kFar = 0x7000;               // ticks that the alarm waits at most before it looks again
 constexpr uint16_t kSoon = 16;                  // the shortest alarm
+constexpr hal::Tick kFarAway = 1UL << 30U;      // a start that is later than this waits in 64 bits
 constexpr uint16_t kSetting = 8;                // ticks that setting the alarm takes
 constexpr uint16_t kStart = kLead + 4 * kSoon;  // from start() to the first word of a start that is due now
 
 }  // namespace
 
 void MegaEngine::begin() {
-  PORTA = 0;
-  DDRA = kOutputMask;
   TCCR1A = 0;
   TCCR1B = 1U << CS11;  // clk/8, as the clock
   TIFR1 = 1U << OCF1A;
@@ -53,10 +52,12 @@ Tick MegaEngine::start(Tick tick) {
   late_ = 0;
   outcomes_taken_ = outcomes_put_;
   next_ = static_cast<ShortTick>(begin);
+  begin_ = begin;
   if (tripped_ != 0) {
     stop_safe();
   } else {
     playing_ = true;
+    far_ = starts_far_away();
     set_alarm();
   }
   return begin;
@@ -103,8 +104,10 @@ void MegaEngine::set_trips(uint32_t lines, uint32_t levels) {
   const IrqLock lock;
   trip_lines_ = static_cast<uint8_t>(lines >> kOutputs);
   trip_levels_ = static_cast<uint8_t>(levels >> kOutputs);
-  tripped_ = 0;
-  check_trips(static_cast<uint8_t>(~(input_levels() ^ trip_levels_)));
+  tripped_ = static_cast<uint8_t>(tripped_ & trip_lines_);
+  log_.take_all_inputs();
+  // An edge whose interrupt is still to come counts, whatever the level is by now.
+  look_for_trips(static_cast<uint8_t>(EIFR | ~(input_levels() ^ trip_levels_)));
 }
 
 /// Wakes kLead ticks before next_, after kFar ticks, or at once, whichever is first. Timer 1 counts from 0
@@ -112,8 +115,8 @@ void MegaEngine::set_trips(uint32_t lines, uint32_t levels) {
 void MegaEngine::set_alarm() const {
   const ShortTick now = clock_.now_locked();
   const ShortTick wake = next_ - kLead - kSetting;
-  uint16_t wait = kSoon;
-  if (before(now + kSoon, wake)) wait = wake - now < kFar ? static_cast<uint16_t>(wake - now) : kFar;
+  uint16_t wait = far_ ? kFar : kSoon;
+  if (!far_ && before(now + kSoon, wake)) wait = wake - now < kFar ? static_cast<uint16_t>(wake - now) : kFar;
   TCNT1 = 0;
   OCR1A = wait;
   TIFR1 = 1U << OCF1A;
@@ -130,9 +133,16 @@ bool MegaEngine::wait_for_tick(ShortTick tick) const {
 
 void MegaEngine::time_is_up() {
   if (!playing_) return;
+  far_ = far_ && starts_far_away();
   const ShortTick now = clock_.now_locked();
-  if (before(next_, now + kLead + kSetting + kSoon)) act();
+  if (!far_ && before(next_, now + kLead + kSetting + kSoon)) act();
   if (playing_) set_alarm();
+}
+
+/// Ticks are compared by 32 bits, so a start may be too far ahead for that.
+bool MegaEngine::starts_far_away() const {
+  const Tick now = clock_.long_now_locked();
+  return begin_ > now && begin_ - now > kFarAway;
 }
 
 /// The next word, the end of a wait, or the end of the run.
@@ -179,7 +189,7 @@ void MegaEngine::begin_wait(const Slot& wait) {
   next_ += wait.ticks;
   const Recent& recent = recent_[wait.line & ~kStop];
   for (uint8_t level = 0; level < 2; ++level)
-    if (recent.known[level] &&
+    if (recent.life[level] != 0 &&
         ends_wait(recent.tick[level], static_cast<uint8_t>(wait.line & ~kStop), level != 0))
       return end_wait(recent.tick[level], false);
 }
@@ -202,21 +212,21 @@ void MegaEngine::end_wait(ShortTick tick, bool timed_out) {
   outcomes_put_ = static_cast<uint8_t>(outcomes_put_ + 1);
 }
 
-void MegaEngine::input(ShortTick tick, uint8_t input, bool level) {
-  const auto bit = static_cast<uint8_t>(1U << input);
-  if (((trip_levels_ & bit) != 0) == level) check_trips(bit);
-  recent_[input].tick[level ? 1 : 0] = tick;
-  recent_[input].known[level ? 1 : 0] = true;
-  log_.add(tick, static_cast<uint8_t>(kOutputs + input), level);
+void MegaEngine::age_edges() {
+  for (Recent& recent : recent_)
+    for (uint8_t& life : recent.life)
+      if (life != 0) --life;
+}
+
+void MegaEngine::awaited_edge(ShortTick tick, uint8_t input, bool level) {
   if (!ends_wait(tick, input, level)) return;
   end_wait(tick, false);
   if (playing_) set_alarm();
 }
 
-void MegaEngine::check_trips(uint8_t at_level) {
-  if ((at_level & trip_lines_) == 0) return;
-  tripped_ = static_cast<uint8_t>(tripped_ | (at_level & trip_lines_));
+void MegaEngine::trip(uint8_t lines) {
   stop_safe();
+  tripped_ = static_cast<uint8_t>(tripped_ | lines);
 }
 
 /// Keeps the outcomes of waits, which the firmware still has to read.
@@ -235,8 +245,11 @@ void MegaEngine::stop_now() {
   stop_safe();
 }
 
+/// The first call makes the pins outputs. Before that they are inputs, as in reset: the stored safe levels
+/// are not known yet, and a line that is safe at high would go low at each start.
 void MegaEngine::put(uint8_t levels) {
   PORTA = levels;
+  DDRA = kOutputMask;
   shown(levels, clock_.now_locked());
 }
 

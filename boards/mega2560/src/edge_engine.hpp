@@ -38,8 +38,20 @@ class MegaEngine final : public hal::EdgeEngine {
 
   // From interrupts, with interrupts off.
   void time_is_up();
+  /// Each edge of a watched interlock trips, even if the line is back at its other level by now. edges: bit k
+  /// is line kOutputs + k.
+  __attribute__((always_inline)) void look_for_trips(uint8_t edges) {
+    const auto hit = static_cast<uint8_t>(edges & trip_lines_ & ~tripped_);
+    if (hit != 0) trip(hit);
+  }
   /// An input changed at `tick`. input: line - kOutputs.
-  void input(ShortTick tick, uint8_t input, bool level);
+  __attribute__((always_inline)) void input(ShortTick tick, uint8_t input, bool level) {
+    recent_[input].tick[level ? 1 : 0] = tick;
+    recent_[input].life[level ? 1 : 0] = kLife;
+    if (waiting_ && input == (wait_.line & ~kStop)) awaited_edge(tick, input, level);
+  }
+  /// At each overflow of the clock, 33 ms.
+  void age_edges();
   /// The host asks for an abort: the safe word at once.
   void stop_now();
 
@@ -68,10 +80,12 @@ class MegaEngine final : public hal::EdgeEngine {
   void run_dry();
   void stop_safe();
   void stop();
-  void check_trips(uint8_t at_level);
+  void trip(uint8_t lines);
+  void awaited_edge(ShortTick tick, uint8_t input, bool level);
   void put(uint8_t levels);
   void shown(uint8_t levels, ShortTick tick);
   void set_alarm() const;
+  bool starts_far_away() const;
   uint8_t used() const { return static_cast<uint8_t>(put_ - taken_); }
 
   const TickClock& clock_;
@@ -88,7 +102,9 @@ class MegaEngine final : public hal::EdgeEngine {
   bool waiting_ = false;
   Slot wait_{};
   ShortTick wait_begin_ = 0;
-  ShortTick next_ = 0;  // planned tick of the next word; in a wait: its time-out
+  ShortTick next_ = 0;   // planned tick of the next word; in a wait: its time-out
+  hal::Tick begin_ = 0;  // of the run
+  bool far_ = false;     // the begin is more than kFarAway ahead
   uint32_t played_ = 0;
   uint16_t late_ = 0;
   volatile uint8_t levels_ = 0;
@@ -96,10 +112,12 @@ class MegaEngine final : public hal::EdgeEngine {
   uint8_t trip_lines_ = 0;
   uint8_t trip_levels_ = 0;
   volatile uint8_t tripped_ = 0;
-  // The last edges of each input, by level: a wait that begins late may have had its edge already.
+  // The last edges of each input, by level: a wait that begins late may have had its edge already. An edge is
+  // forgotten after kLife overflows of the clock. Else its tick would be ahead again after 35 minutes.
+  static constexpr uint8_t kLife = 2;
   struct Recent {
     ShortTick tick[2];
-    bool known[2];
+    uint8_t life[2];  // 0: there is none
   };
   Recent recent_[kLines - kOutputs] = {};
 };

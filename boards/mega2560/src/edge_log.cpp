@@ -22,6 +22,11 @@ bool EdgeLog::take_overflow() {
   return lost;
 }
 
+uint32_t EdgeLog::take_chatter() {
+  const IrqLock lock;
+  return uint32_t{gate_.take_closed()} << kOutputs;
+}
+
 void EdgeLog::watch(uint32_t lines) {
   const IrqLock lock;
   watched_ = static_cast<uint16_t>(lines);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "input_gate.hpp"
 #include "irq_lock.hpp"
 #include "lines.hpp"
 #include "symrig/hal/capture.hpp"
@@ -11,15 +12,18 @@ namespace symrig::mega2560 {
 /// Edges of outputs and inputs. Interrupts add them in order of time; the firmware takes them.
 class EdgeLog final : public hal::Capture {
  public:
-  explicit EdgeLog(const TickClock& clock) : clock_(clock) {}
+  EdgeLog(const TickClock& clock, InputGate& gate) : clock_(clock), gate_(gate) {}
 
   uint32_t levels() const override { return output_levels() | (uint32_t{input_levels()} << kOutputs); }
   bool pop(hal::CapturedEdge& edge) override;
   bool take_overflow() override;
+  uint32_t take_chatter() override;
   void watch(uint32_t lines) override;
 
+  /// Inputs that chattered are taken again. Call it with interrupts off.
+  void take_all_inputs() { gate_.open(); }
   /// Call it with interrupts off.
-  void add(ShortTick tick, uint8_t line, bool level) {
+  __attribute__((always_inline)) void add(ShortTick tick, uint8_t line, bool level) {
     if (((watched_ >> line) & 1U) == 0) return;
     if (static_cast<uint8_t>(put_ - taken_) == kRoom) {
       overflow_ = true;
@@ -43,6 +47,7 @@ class EdgeLog final : public hal::Capture {
   };
 
   const TickClock& clock_;
+  InputGate& gate_;
   Slot slots_[kRoom] = {};
   volatile uint8_t put_ = 0;
   volatile uint8_t taken_ = 0;

@@ -16,6 +16,11 @@ constexpr uint8_t kOutputMask = 0x3F;
 inline uint8_t input_levels() {
   return static_cast<uint8_t>((PIND & 0x0FU) | (PINE & 0x30U));
 }
+/// Present level of one input.
+template <uint8_t input>
+inline bool input_level() {
+  return ((input < 4 ? PIND : PINE) & (1U << input)) != 0;
+}
 /// Present levels of the output pins, bit k is line k.
 inline uint8_t output_levels() {
   return PINA & kOutputMask;

@@ -3,6 +3,7 @@
 #include "board_pins.hpp"
 #include "edge_engine.hpp"
 #include "edge_log.hpp"
+#include "input_gate.hpp"
 #include "irq_lock.hpp"
 #include "peripherals.hpp"
 #include "settings.hpp"
@@ -21,11 +22,12 @@ firmware::QueuedMark marks[kMarks];
 uint8_t unique_id[8];
 
 TickClock tick_clock;
-EdgeLog edge_log(tick_clock);
+InputGate input_gate;
+EdgeLog edge_log(tick_clock, input_gate);
 MegaEngine engine(tick_clock, edge_log);
 Uart uart(engine);
 MegaFaultStore fault_store;
-MegaWatchdog board_watchdog;
+MegaWatchdog board_watchdog(tick_clock);
 MegaIndicator indicator;
 MegaSettings settings;
 MegaSystem board_system;
@@ -42,33 +44,29 @@ void read_unique_id() {
   eeprom_read_block(unique_id, reinterpret_cast<const void*>(E2END - 7), sizeof unique_id);
 }
 
-/// Inputs have pull-ups: an open wire reads high. Each edge gives an interrupt.
-void begin_inputs() {
-  PORTD |= 0x0FU;
-  PORTE |= 0x30U;
-  EICRA = 0x55;  // INT0 to INT3: any edge
-  EICRB = 0x05;  // INT4, INT5: any edge
-  EIFR = 0x3F;
-  EIMSK = 0x3F;
-}
-
 void set_up() {
-  MegaEngine::begin();
   board_system.begin();
-  MegaWatchdog::begin();
   MegaIndicator::begin();
   read_unique_id();
   TickClock::begin();
+  board_watchdog.begin();
   MegaEngine::begin();
-  begin_inputs();
+  InputGate::begin();
   Uart::begin();
   sei();
   core.boot();
 }
 
-void input_edge(uint8_t input) {
+/// The interrupt of an input, line - kOutputs. The chip has cleared its own flag. Those of others may be set:
+/// an interlock among them acts first, so no other input can delay it by being first in the order of vectors.
+template <uint8_t input>
+inline __attribute__((always_inline)) void input_edge() {
+  engine.look_for_trips(static_cast<uint8_t>(EIFR | (1U << input)));
+  const bool level = input_level<input>();
   const ShortTick tick = tick_clock.now_locked();
-  engine.input(tick, input, ((input_levels() >> input) & 1U) != 0);
+  input_gate.count<input>(tick);
+  edge_log.add(tick, kOutputs + input, level);
+  engine.input(tick, input, level);
 }
 
 }  // namespace
@@ -88,28 +86,30 @@ SYMRIG_INTERRUPT(__vector_26);
 SYMRIG_INTERRUPT(__vector_35);
 
 void __vector_1() {
-  symrig::mega2560::input_edge(0);
+  symrig::mega2560::input_edge<0>();
 }
 void __vector_2() {
-  symrig::mega2560::input_edge(1);
+  symrig::mega2560::input_edge<1>();
 }
 void __vector_3() {
-  symrig::mega2560::input_edge(2);
+  symrig::mega2560::input_edge<2>();
 }
 void __vector_4() {
-  symrig::mega2560::input_edge(3);
+  symrig::mega2560::input_edge<3>();
 }
 void __vector_5() {
-  symrig::mega2560::input_edge(4);
+  symrig::mega2560::input_edge<4>();
 }
 void __vector_6() {
-  symrig::mega2560::input_edge(5);
+  symrig::mega2560::input_edge<5>();
 }
 void __vector_17() {
   symrig::mega2560::engine.time_is_up();
 }  // TIMER1 COMPA
 void __vector_35() {
   symrig::mega2560::tick_clock.overflowed();
+  symrig::mega2560::input_gate.open();
+  symrig::mega2560::engine.age_edges();
 }  // TIMER3 OVF
 void __vector_25() {
   symrig::mega2560::uart.received(UDR0);

@@ -21,7 +21,8 @@ namespace symrig::mega2560 {
 namespace {
 
 constexpr uint16_t kMagic = 0x5A17;
-constexpr uint8_t kLed = 1U << 7U;  // PB7
+constexpr uint8_t kLed = 1U << 7U;     // PB7
+constexpr uint8_t kTicksOfTimer4 = 7;  // a power of two: 1024 / 8
 
 // Start-up clears neither. After a loss of power their content is random: the check words tell.
 struct Kept {
@@ -40,11 +41,21 @@ uint32_t check_word(const hal::FaultRecord& record) {
 }  // namespace
 
 void MegaWatchdog::begin() {
+  TCCR4A = 0;
+  TCCR4B = (1U << CS42) | (1U << CS40);  // clk/1024
+  apart_ = apart();
   set_watchdog(kWatchdog250Ms);
 }
 
+uint16_t MegaWatchdog::apart() const {
+  const IrqLock lock;
+  const uint16_t second = TCNT4;
+  return static_cast<uint16_t>(second - static_cast<uint16_t>(clock_.now_locked() >> kTicksOfTimer4));
+}
+
 void MegaWatchdog::feed() {
-  feed_watchdog();
+  const auto lost = static_cast<uint16_t>(apart() - apart_);
+  if (static_cast<uint16_t>(lost + 1) <= 2) feed_watchdog();  // -1 to 1
 }
 
 hal::FaultRecord MegaFaultStore::load() const {

@@ -25,6 +25,10 @@ ShortTick TickClock::now_locked() const {
 
 hal::Tick TickClock::now() const {
   const IrqLock lock;
+  return long_now_locked();
+}
+
+hal::Tick TickClock::long_now_locked() const {
   const uint16_t low = count();
   return (hal::Tick{overflows_locked(low)} << 16U) | low;
 }

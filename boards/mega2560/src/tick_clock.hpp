@@ -21,8 +21,9 @@ class TickClock final : public hal::Clock {
  public:
   static void begin();
   hal::Tick now() const override;
-  /// Call it with interrupts off.
+  /// Call these with interrupts off.
   ShortTick now_locked() const;
+  hal::Tick long_now_locked() const;
   /// The tick, at most 17 minutes old, with these low bits.
   hal::Tick extend(ShortTick tick) const;
   /// The lowest 16 bits.

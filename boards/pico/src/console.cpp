@@ -46,6 +46,8 @@ const char* words_for(uint32_t fault) {
       return "edges came too fast to be watched; outputs are safe";
     case symrig_wire_FaultCode_FAULT_INTERLOCK:
       return "an interlock tripped; outputs are safe";
+    case symrig_wire_FaultCode_FAULT_CHATTER:
+      return "an input changed too fast; outputs are safe";
     case symrig_wire_FaultCode_FAULT_WATCHDOG:
       return "the firmware was blocked and was restarted; outputs are safe";
     default:

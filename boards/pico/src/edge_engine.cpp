@@ -32,10 +32,8 @@ void PicoEngine::begin(PinWatch& pins) {
   put_out(0);
   machine::pull_in(kOutputMask);
   machine::execute(code::kOutPinDirections);
-  for (uint32_t pin = 0; pin < kOutputs; ++pin) {
+  for (uint32_t pin = 0; pin < kOutputs; ++pin)
     reg(pads::pin(pin)) = pads::input_enable | pads::drive_4ma | pads::pull_down | pads::schmitt;
-    reg(io::ctrl(pin)) = io::function_pio0;
-  }
   reg(pio::pio0 + pio::irq0_inte) = (machine::kEndFlag | machine::kHaltFlag) << 8U;
 }
 
@@ -226,6 +224,14 @@ void PicoEngine::force(uint32_t levels) {
   forget_queue();
   const IrqLock lock;  // an interrupt that makes the outputs safe comes before this, or after it
   put_out(must_be_safe() ? safe_ : levels & kOutputMask);
+  if (!connected_) connect_pins();
+}
+
+/// Until then the pins are inputs, as in reset. The stored safe levels are not known before: a line that is
+/// safe at high would go low at each start.
+void PicoEngine::connect_pins() {
+  for (uint32_t pin = 0; pin < kOutputs; ++pin) reg(io::ctrl(pin)) = io::function_pio0;
+  connected_ = true;
 }
 
 /// Only while the machine is stopped with an empty queue.

@@ -84,6 +84,7 @@ class PicoEngine final : public hal::EdgeEngine {
 
   static void halt_machine();
   bool must_be_safe() const { return tripped_ != 0 || held_; }
+  void connect_pins();
   void put_out(uint32_t levels);
   void load_safe();
   void forget_queue();
@@ -111,7 +112,8 @@ class PicoEngine final : public hal::EdgeEngine {
   volatile bool playing_ = false;
   bool closed_ = false;
   volatile bool launched_ = false;
-  bool fresh_ = true;  // the queue holds nothing of an earlier run
+  bool connected_ = false;  // the machine drives the pins
+  bool fresh_ = true;       // the queue holds nothing of an earlier run
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
   volatile bool held_ = false;  // fallen, and the firmware has not read the reason yet

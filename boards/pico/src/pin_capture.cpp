@@ -114,6 +114,9 @@ SYMRIG_RAM void PinCapture::judge_trips(uint32_t hit) {
   for (uint32_t pin = 0; pin < 8; ++pin)
     if (((hit >> (4 * pin)) & 0xfU) != 0) tripped |= 1U << lines.of_pin[8 * kInputGroup + pin];
   engine_.trip(tripped);
+  // The outputs stay safe until the next watch_trips(). More edges of these lines would only take time.
+  trip_flags_ = trip_flags_ & ~hit;
+  reg(io::inte(kInputGroup)) = reg(io::inte(kInputGroup)) & (trip_flags_ | watch_flags_[kInputGroup]);
 }
 
 /// A pulse shorter than the interrupt gives two edges with the same stamp.

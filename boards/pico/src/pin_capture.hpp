@@ -69,7 +69,7 @@ class PinCapture final : public hal::Capture, public PinWatch {
   uint32_t round_left_ = 0;
   hal::Tick caught_up_ = 0;
   uint32_t watch_flags_[kGroups] = {};
-  uint32_t trip_flags_ = 0;  // in the inputs' group
+  uint32_t trip_flags_ = 0;  // in the inputs' group; not those of lines that have tripped
 };
 
 }  // namespace symrig::pico

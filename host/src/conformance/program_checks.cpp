@@ -186,6 +186,30 @@ Verdict start_in_past(BoardUnderTest& board) {
   return board.in_state(symrig_wire_State_STATE_ARMED);
 }
 
+/// Fields 3 to 7 of Start are reserved for ways to come. A board that does not know one must not start at
+/// once.
+Verdict start_unknown(BoardUnderTest& board) {
+  struct Way {
+    const char* name;
+    Bytes request;  // Request { start: ... }, field 9
+  };
+  const std::array<Way, 3> ways{{{"start without a way", {0x4A, 0}},
+                                 {"start with now = false", {0x4A, 2, 0x08, 0}},
+                                 {"start in the way of field 3", {0x4A, 2, 0x18, 1}}}};
+  const std::uint32_t bit = 1U << board.outputs().front();
+  SYMRIG_MUST(board.load(pack({word(bit, board.word()), end(bit)})));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  for (const Way& way : ways) {
+    const auto reply = board.session.ask_bytes(way.request);
+    SYMRIG_MUST(code_is(way.name, symrig_wire_Code_CODE_BAD_VALUE, reply ? raw(reply->code) : kNoCode));
+    SYMRIG_MUST(same("field", symrig_wire_Start_now_tag, reply->field));
+    board.session.listen_for(kQuietTime);
+    SYMRIG_MUST(board.in_state(symrig_wire_State_STATE_ARMED));
+    SYMRIG_MUST(board.outputs_safe());
+  }
+  return {};
+}
+
 /// An input and an edge that the board can wait for. Takes the last input, because boards list busy inputs
 /// first.
 std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const BoardUnderTest& board) {
@@ -257,7 +281,7 @@ Verdict line_use(BoardUnderTest& board) {
   return {};
 }
 
-constexpr std::array<Check, 11> kProgramChecks{{
+constexpr std::array<Check, 12> kProgramChecks{{
     {"programs.words", "marks, steps and duration are exact to the tick", words},
     {"programs.edges", "edges that the board stamps are exact to its resolution", edges},
     {"programs.loops", "nested loops", loops},
@@ -266,6 +290,8 @@ constexpr std::array<Check, 11> kProgramChecks{{
     {"programs.again", "the same program runs four times", again},
     {"programs.start_at", "a start at a tick begins at that tick", start_at},
     {"programs.start_in_past", "refuses a start at a past tick", start_in_past},
+    {"programs.start_unknown", "refuses a start without a way that it knows, and nothing moves",
+     start_unknown},
     {"programs.wait_timeout", "a wait that times out lasts for its time-out and the wait latency",
      wait_timeout},
     {"programs.wait_abort", "a wait that times out can end the run with safe outputs", wait_abort},

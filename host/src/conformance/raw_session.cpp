@@ -14,6 +14,7 @@ namespace flag = protocol::flag;
 symrig_wire_Request make_request(pb_size_t which) {
   symrig_wire_Request request = symrig_wire_Request_init_zero;
   request.which_body = which;
+  if (which == symrig_wire_Request_start_tag) request.body.start = {symrig_wire_Start_now_tag, {true}};
   return request;
 }
 

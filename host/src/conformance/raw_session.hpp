@@ -25,6 +25,7 @@ inline constexpr Nanoseconds kAnswerTime{
 inline constexpr Nanoseconds kQuietTime{30'000'000};  ///< after this long without a frame, no frame comes
 inline constexpr std::uint16_t kNoCode = 0xFFFF;      ///< instead of a code: no reply came
 
+/// A request with its fields at zero; a start is one at once.
 symrig_wire_Request make_request(pb_size_t which);
 
 /// A minimal session that sends single frames, so that a check can break each rule on purpose. After the link

@@ -86,3 +86,33 @@ test('a crystal that stops: outputs and alive are let go, and the board does not
     assert.equal(rig.outputLevels, 0);
   }
 });
+
+/** A line that is safe at high, with its safe level stored and a pull-up outside: nothing drives it low. */
+function activeLow() {
+  const rig = new PicoRig();
+  rig.configure(outputs.map((line) => (line.line === 3 ? { ...line, safe_level: true } : line)));
+  rig.client.must({ store_config: { label: 'active low' } });
+  rig.board.stimuli.drive(3, 1);
+  rig.board.chip.pads.contention.clear();
+  return rig;
+}
+
+const never = (rig, what) => assert.deepEqual([...rig.board.chip.pads.contention.keys()].filter((gpio) => gpio === 3), [], what);
+
+test('a line that is safe at high is never driven low by a restart, whatever its cause', { skip }, () => {
+  const rig = activeLow();
+  rig.client.must({ reboot: { token: crc32c(rig.hello.unique_id) } });
+  rig.board.run(200 * CYCLES_PER_MILLISECOND, () => rig.board.chip.resetCount === 1);
+  assert.equal(back(rig).reset_cause, 'RESET_CAUSE_REQUEST');
+  never(rig, 'request');
+  const { core, rp2040 } = rig.board.chip;
+  rp2040.writeUint16(0x20041000, 0xe7fe); // b .
+  Object.assign(core, { PC: 0x20041000, PM: true, waiting: false });
+  rig.board.run(1000 * CYCLES_PER_MILLISECOND, () => rig.board.chip.resetCount === 2);
+  assert.equal(back(rig).reset_cause, 'RESET_CAUSE_WATCHDOG');
+  never(rig, 'watchdog');
+  const again = rig.powerCycle();
+  assert.equal((again.outputLevels >>> 3) & 1, 1);
+  assert.equal(again.status().reset_cause, 'RESET_CAUSE_POWER');
+  never(again, 'power');
+});

@@ -224,6 +224,19 @@ TEST_F(PlaybackTest, AForceAfterATripStaysSafe) {
   EXPECT_EQ(playback_.levels(), 5U);
 }
 
+/// The firmware arms again and has not seen yet that the interlock opened for a moment.
+TEST_F(PlaybackTest, ATripOfALineThatStaysWatchedIsKept) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  playback_.input({1010, kInput, true});
+  playback_.input({1011, kInput, false});
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  EXPECT_EQ(playback_.tripped(), 1U << kInput);
+  playback_.force(5);
+  EXPECT_EQ(playback_.levels(), kSafe);
+  playback_.set_trips(2U << kInput, 2U << kInput, 0);
+  EXPECT_EQ(playback_.tripped(), 0U) << "another line";
+}
+
 TEST_F(PlaybackTest, AStartAfterATripPlaysNothing) {
   playback_.set_trips(1U << kInput, 1U << kInput, 0);
   playback_.input({1010, kInput, true});
@@ -356,6 +369,7 @@ TEST_F(ExactPlaybackTest, ALineThatStillStandsAtItsTripLevelTripsWhenInputsAreRe
   playback_.set_trips(1U << kInput, 1U << kInput, 0);
   edge(true);
   ASSERT_EQ(playback_.tripped(), 1U << kInput);
+  playback_.set_trips(0, 0, 0);
   playback_.set_trips(1U << kInput, 1U << kInput, 0);  // it has gone back
   playback_.push({1, 100});
   playback_.start(0, now_);

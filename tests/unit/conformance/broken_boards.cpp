@@ -237,6 +237,7 @@ std::vector<Broken> broken_refusals() {
         "rules.min_off",
         "rules.duty",
         "programs.start_in_past",
+        "programs.start_unknown",
         "limits.lamp_needs_keep_alive",
         "limits.lamp_not_autonomous",
         "limits.laser_needs_max_on",

@@ -220,6 +220,31 @@ TEST(Core, a_program_that_breaks_a_rule_is_refused_with_the_rule) {
   EXPECT_EQ(bench.host.state(), symrig_wire_State_STATE_CONFIGURED);
 }
 
+/// Fields 3 to 7 of Start are for ways to come, such as a condition. A board that does not know one must not
+/// start at once instead.
+TEST(Core, a_start_without_a_way_that_the_board_knows_is_refused_and_nothing_moves) {
+  const std::vector<std::vector<std::uint8_t>> bodies{{0x4A, 0},                     // start {}
+                                                      {0x4A, 2, 0x08, 0},            // now: false
+                                                      {0x4A, 2, 0x18, 1},            // field 3, a number
+                                                      {0x4A, 4, 0x22, 2, 0x08, 1},   // field 4, a message
+                                                      {0x4A, 5, 0x3D, 1, 0, 0, 0}};  // field 7, four bytes
+  for (const auto& body : bodies) {
+    Bench bench;
+    ASSERT_EQ(bench.host.configure(test::plain_config()), 0U);
+    ASSERT_EQ(bench.host.upload(short_program()), 0U);
+    ASSERT_EQ(bench.host.arm(), 0U);
+    const std::uint32_t levels = bench.board.levels();
+    const auto reply = bench.host.ask_bytes(body);
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->code, symrig_wire_Code_CODE_BAD_VALUE);
+    EXPECT_EQ(reply->field, static_cast<std::uint32_t>(symrig_wire_Start_now_tag));
+    bench.board.advance_to(bench.board.now() + 1'000'000);
+    EXPECT_EQ(bench.host.state(), symrig_wire_State_STATE_ARMED);
+    EXPECT_EQ(bench.board.levels(), levels);
+    EXPECT_EQ(bench.host.start(), 0U);
+  }
+}
+
 TEST(Core, a_start_in_the_past_is_refused) {
   Bench bench;
   ASSERT_EQ(bench.host.configure(test::plain_config()), 0U);

@@ -104,6 +104,7 @@ class Core final : private Requests {
   bool exposed() const;
   void watch_edges();
   void watch_edge(const hal::CapturedEdge& edge);
+  void watch_chatter();
   void watch_limits();
   void watch_trips();
   void run_on();

@@ -21,6 +21,9 @@ class Capture {
   virtual bool pop(CapturedEdge& edge) = 0;
   /// True if edges were lost because they came faster than they were read. Clears this.
   virtual bool take_overflow() = 0;
+  /// Inputs whose edges the board has stopped to take since the last call, because they came so fast that
+  /// nothing else could run; bit k = line k. The board takes them again by itself.
+  virtual uint32_t take_chatter() { return 0; }
   /// Sets the lines whose edges are needed (before: all). Edges of other lines may be omitted. On a board
   /// where each edge costs an interrupt, they would delay the needed ones.
   virtual void watch(uint32_t /*lines*/) {}

@@ -37,6 +37,8 @@ Explained explain_fault(std::uint32_t fault) {
       return {"interlock", "an interlock line opened: close it, then clear the fault"};
     case symrig_wire_FaultCode_FAULT_WATCHDOG:
       return {"watchdog", "the firmware stopped responding and was reset: please report it with the receipt"};
+    case symrig_wire_FaultCode_FAULT_CHATTER:
+      return {"chatter", "an input changes faster than the board can follow: check its wire and its source"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }

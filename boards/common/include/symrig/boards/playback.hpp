@@ -52,12 +52,12 @@ class Playback {
   std::uint64_t played() const { return played_; }
   std::uint32_t late() const { return late_; }
   bool pop_wait(hal::WaitOutcome& outcome) { return outcomes_.pop(outcome); }
-  /// After a trip, force() sets the safe word and start() plays nothing, until the next set_trips(). The trip
-  /// may come while the firmware decides to move the outputs.
+  /// After a trip, force() sets the safe word and start() plays nothing, until set_trips() leaves out the
+  /// line. The trip may come while the firmware decides to move the outputs.
   void force(std::uint32_t levels);
   void set_safe(std::uint32_t levels) { safe_ = levels; }
   std::uint32_t safe() const { return safe_; }
-  /// inputs: their present levels.
+  /// Keeps the trips of lines that stay watched. inputs: their present levels.
   void set_trips(std::uint32_t lines, std::uint32_t levels, std::uint32_t inputs);
   std::uint32_t tripped() const { return tripped_; }
 
