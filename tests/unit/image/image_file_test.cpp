@@ -4,6 +4,7 @@
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -230,6 +231,41 @@ TEST_F(ImageFile, BigEndianPfmIsRead) {
   ASSERT_TRUE(read.ok()) << read.error().line();
   EXPECT_EQ(read->at(0, 0), 1);
   EXPECT_EQ(read->at(0, 1), 2);
+}
+
+/// The bytes of a PFM of one row, whose header ends with `end`.
+std::string pfm_that_ends(const std::string& line, const std::string& end, std::span<const float> values) {
+  std::string file = "Pf" + line + std::to_string(values.size()) + " 1" + line + "-1.0" + end;
+  return file.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+TEST_F(ImageFile, APfmMayEndItsLinesInAnyWay) {
+  // The pixels of the second picture begin with the bytes of LF, CR and a blank.
+  const float plain[] = {0.1F, 0.7F}, like_text[] = {std::bit_cast<float>(0x3F200D0AU), 2};
+  const std::string lines[] = {"\n", "\r\n", "\r", " \n", " \r\n", "  ", "\t"};
+  for (const auto& values : {std::span<const float>(plain), std::span<const float>(like_text)})
+    for (const std::string& line : lines)
+      for (const char* end : {"\n", "\r\n", "\r", " ", " \n", "\t \r\n"}) {
+        const std::string file = pfm_that_ends(line, end, values);
+        const auto read = decode_image(std::as_bytes(std::span(file)), "lines.pfm");
+        ASSERT_TRUE(read.ok()) << read.error().line();
+        EXPECT_EQ(read->at(0, 0), values[0]) << testing::PrintToString(file);
+        EXPECT_EQ(read->at(0, 1), values[1]) << testing::PrintToString(file);
+      }
+}
+
+TEST_F(ImageFile, APfmWithBytesTooManyIsRefused) {
+  // What a copy as text makes of a pixel that contains the byte 10; a second LF; a file with a tail.
+  const float values[] = {std::bit_cast<float>(0x3F200A0DU), 2};
+  std::string as_text = pfm_that_ends("\r\n", "\r\n", values);
+  as_text.insert(as_text.find("\r\n", as_text.find("-1.0") + 6) + 1, "\r");
+  for (const std::string& file :
+       {as_text, pfm_that_ends("\n", "\n\n", values), pfm_that_ends("\n", "\n", values) + '\n'}) {
+    const auto read = decode_image(std::as_bytes(std::span(file)), "tail.pfm");
+    ASSERT_FALSE(read.ok()) << testing::PrintToString(file);
+    EXPECT_EQ(read.error().code, ErrorCode::bad_format);
+    EXPECT_NE(read.error().what.find("after the scale"), std::string::npos) << read.error().line();
+  }
 }
 
 TEST_F(ImageFile, MissingFileAndFolder) {
