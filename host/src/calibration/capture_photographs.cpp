@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_kind.hpp"
 #include "camera/unpack.hpp"
+#include "image/codec.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/calibration/capture_file.hpp"
 #include "symrig/image/file.hpp"
@@ -48,12 +49,13 @@ Result<Image<float>> read_raw(const fs::path& file, const RawLayout& raw) {
 }
 
 bool is_raw(const fs::path& file) {
-  return file.extension() == ".raw" || file.extension() == ".RAW";
+  return image::lower_suffix(file) == ".raw";
 }
 
 /// Whether values are codes. EXR and PFM contain radiance, which has no largest code.
 bool has_codes(const fs::path& file) {
-  return file.extension() != ".exr" && file.extension() != ".pfm";
+  const std::string suffix = image::lower_suffix(file);
+  return suffix != ".exr" && suffix != ".pfm";
 }
 
 /// Replaces each code by its light.

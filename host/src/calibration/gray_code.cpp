@@ -2,7 +2,9 @@
 #include "symrig/calibration/gray_code.hpp"
 
 #include "calibration/sequence_kind.hpp"
+#include "image/codec.hpp"
 #include "symrig/calibration/capture_file.hpp"
+#include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -21,11 +23,8 @@ int bits_for(int positions) {
   return std::bit_width(static_cast<unsigned>(std::max(positions, 1) - 1));
 }
 
-bool picture_suffix(const fs::path& path, bool raw) {
-  std::string suffix = path.extension().string();
-  std::ranges::transform(suffix, suffix.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix == ".png" || suffix == ".exr" || suffix == ".pfm" || (raw && suffix == ".raw");
+bool is_photograph(const fs::path& path, bool raw) {
+  return !has_hidden_name(path) && (has_picture_suffix(path) || (raw && image::lower_suffix(path) == ".raw"));
 }
 
 /// The number that starts at `at`, without leading zeros. Moves `at` behind it.
@@ -67,7 +66,7 @@ Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
   }
   std::vector<fs::path> pictures;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (it->is_regular_file(error) && picture_suffix(it->path(), raw)) pictures.push_back(it->path());
+    if (it->is_regular_file(error) && is_photograph(it->path(), raw)) pictures.push_back(it->path());
   if (error) return Error{ErrorCode::io, folder.string() + ": cannot be listed (" + error.message() + ")"};
   if (pictures.empty())
     return Error{ErrorCode::not_found, folder.string() + ": contains no .png, .exr or .pfm file",

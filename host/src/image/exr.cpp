@@ -77,10 +77,7 @@ Result<Imf::Header> peek_header(Bytes bytes, const std::string& name) {
   return header;
 }
 
-/// Size of the data window, read from the header alone. Imf::InputFile allocates tables of this size at once.
-Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
-  SYMRIG_TRY(const Imf::Header header, peek_header(bytes, name));
-  const auto& window = header.dataWindow();
+Result<Grid> grid_of(const Imath::Box2i& window, Bytes bytes, const std::string& name) {
   SYMRIG_TRY(const Grid grid, checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
                                            std::int64_t{window.max.x} - window.min.x + 1, name));
   // The strongest compression (DWAB) stores about 30,000 pixels of one value in a byte.
@@ -88,6 +85,35 @@ Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
   if (static_cast<std::size_t>(grid.size()) > kPixelsInByte * bytes.size() + kSlack)
     return damaged(name, "claims more pixels than its bytes can hold");
   return grid;
+}
+
+/// The pixels that the file holds, and the whole picture.
+struct Windows {
+  Imath::Box2i data, display;
+};
+
+/// Read from the header alone: Imf::InputFile allocates tables of the data window's size at once.
+Result<Windows> peek_windows(Bytes bytes, const std::string& name) {
+  SYMRIG_TRY(const Imf::Header header, peek_header(bytes, name));
+  const Windows windows{header.dataWindow(), header.displayWindow()};
+  SYMRIG_CHECK(grid_of(windows.data, bytes, name));
+  SYMRIG_CHECK(grid_of(windows.display, bytes, name));
+  if (windows.data.intersects(windows.display)) return windows;
+  return damaged(name, "has all its pixels outside of its display window");
+}
+
+/// The picture that the display window shows. It is black where the file holds no pixels, as in a crop.
+Image<float> displayed(const Image<float>& data, const Windows& windows) {
+  const Imath::Box2i &from = windows.data, &shown = windows.display;
+  const Grid grid{shown.max.y - shown.min.y + 1, shown.max.x - shown.min.x + 1};
+  Image<float> picture(grid, data.channels());
+  const int top = std::max(from.min.y, shown.min.y), bottom = std::min(from.max.y, shown.max.y);
+  const int left = std::max(from.min.x, shown.min.x), right = std::min(from.max.x, shown.max.x);
+  for (int c = 0; c < data.channels(); ++c)
+    for (int y = top; y <= bottom; ++y)
+      for (int x = left; x <= right; ++x)
+        picture.at(y - shown.min.y, x - shown.min.x, c) = data.at(y - from.min.y, x - from.min.x, c);
+  return picture;
 }
 
 /// Which channels hold the picture: R G B, or the only one that is not A.
@@ -105,13 +131,14 @@ Result<std::vector<std::string>> picture_channels(const Imf::ChannelList& list, 
 }
 
 Result<Image<float>> decode(Bytes bytes, const std::string& name) {
-  SYMRIG_TRY(const Grid grid, peek_grid(bytes, name));
+  SYMRIG_TRY(const Windows windows, peek_windows(bytes, name));
+  SYMRIG_TRY(const Grid grid, grid_of(windows.data, bytes, name));
   MemoryInput input(bytes, name);
   Imf::InputFile file(input, 0);
   SYMRIG_TRY(const auto names, picture_channels(file.header().channels(), name));
   if (!file.isComplete()) return damaged(name, "OpenEXR file is not complete");
   Image<float> image(grid, static_cast<int>(names.size()));
-  const auto& window = file.header().dataWindow();
+  const Imath::Box2i& window = windows.data;
   Imf::FrameBuffer frame;
   for (std::size_t c = 0; c < names.size(); ++c) {
     auto* plane = reinterpret_cast<char*>(image.plane(static_cast<int>(c)).data());
@@ -119,7 +146,7 @@ Result<Image<float>> decode(Bytes bytes, const std::string& name) {
   }
   file.setFrameBuffer(frame);
   file.readPixels(window.min.y, window.max.y);
-  return image;
+  return windows.data == windows.display ? std::move(image) : displayed(image, windows);
 }
 
 Buffer encode(const Image<float>& image, const std::string& name, const PictureFacts& facts) {

@@ -6,6 +6,7 @@
 #include "symrig/image/finite.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -43,6 +44,10 @@ bool has_picture_suffix(const std::filesystem::path& path) {
   return suffix == ".exr" || suffix == ".pfm" || suffix == ".png";
 }
 
+bool has_hidden_name(const std::filesystem::path& path) {
+  return path.filename().string().starts_with('.');
+}
+
 namespace {
 
 Result<void> check_writable(const Image<float>& image, const std::string& name) {
@@ -53,10 +58,18 @@ Result<void> check_writable(const Image<float>& image, const std::string& name) 
   return check_finite(image, name);
 }
 
+/// RFC 1740: version 2 of AppleDouble begins with 00 05 16 07.
+bool is_apple_double(std::span<const std::byte> bytes) {
+  constexpr std::array kMagic{std::byte{0}, std::byte{5}, std::byte{0x16}, std::byte{7}};
+  return bytes.size() >= kMagic.size() && std::ranges::equal(bytes.first(kMagic.size()), kMagic);
+}
+
 Result<Image<float>> decode_by_content(std::span<const std::byte> bytes, const std::string& name) {
   if (image::is_exr(bytes)) return image::decode_exr(bytes, name);
   if (image::is_png(bytes)) return image::decode_png(bytes, name);
   if (image::is_pfm(bytes)) return image::decode_pfm(bytes, name);
+  if (is_apple_double(bytes))
+    return image::damaged(name, "has attributes that macOS keeps beside a file (AppleDouble), no pixels");
   return image::damaged(name, bytes.empty() ? "is empty" : "is not a picture of a known format");
 }
 

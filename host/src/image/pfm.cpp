@@ -10,16 +10,19 @@
 #include <optional>
 #include <string_view>
 
+#include <fmt/format.h>
+
 namespace symrig::image {
 namespace {
 
-/// The next word of a text header. It also consumes the single white-space byte after the word.
+constexpr std::string_view kSpace = " \t\r\n";
+
+/// The next word of a text header. It leaves the white space after the word.
 std::string_view next_word(std::string_view& text) {
-  constexpr std::string_view kSpace = " \t\r\n";
   const std::size_t begin = std::min(text.find_first_not_of(kSpace), text.size());
   const std::size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
   const std::string_view word = text.substr(begin, end - begin);
-  text.remove_prefix(std::min(end + 1, text.size()));
+  text.remove_prefix(end);
   return word;
 }
 
@@ -35,8 +38,34 @@ struct Header {
   int channels = 0;
   Grid grid;
   bool little_endian = true;
-  std::size_t bytes = 0;  ///< length of the header
+  std::size_t bytes = 0;  ///< up to the scale, without the white space that ends it
+
+  std::size_t pixel_bytes() const {
+    return static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(channels) * sizeof(float);
+  }
 };
+
+/// Whether this ends a header: one white-space byte, or an LF or CR LF after any blanks.
+bool ends_a_header(std::string_view text) {
+  if (text.size() == 1) return kSpace.find(text[0]) != std::string_view::npos;
+  if (!text.ends_with('\n')) return false;
+  text.remove_suffix(text.ends_with("\r\n") ? 2 : 1);
+  return text.find_first_not_of(" \t") == std::string_view::npos;
+}
+
+/// Where the pixels begin. The first byte of a pixel can be 10, as LF is. So the size of the file decides
+/// which white space belongs to the header.
+Result<std::size_t> pixels_begin(Bytes bytes, const Header& header, const std::string& name) {
+  const std::size_t wanted = header.pixel_bytes();
+  if (bytes.size() < header.bytes + 1 + wanted) return damaged(name, "PFM ends before its last pixel");
+  const std::size_t begin = bytes.size() - wanted;
+  const std::size_t gap = begin - header.bytes;
+  if (ends_a_header({reinterpret_cast<const char*>(bytes.data()) + header.bytes, gap})) return begin;
+  return damaged(
+      name, fmt::format("PFM has {} bytes after the scale in its header; a line end and {} bytes of pixels "
+                        "belong there (a copy as text adds bytes to line ends)",
+                        bytes.size() - header.bytes, wanted));
+}
 
 Result<Header> read_header(Bytes bytes, const std::string& name) {
   const std::string_view whole(reinterpret_cast<const char*>(bytes.data()),
@@ -62,18 +91,16 @@ float load(const std::byte* at, bool little_endian) {
 }  // namespace
 
 bool is_pfm(Bytes bytes) {
-  return bytes.size() > 3 && bytes[0] == std::byte{'P'} &&
-         (bytes[1] == std::byte{'F'} || bytes[1] == std::byte{'f'}) &&
-         (bytes[2] == std::byte{'\n'} || bytes[2] == std::byte{'\r'} || bytes[2] == std::byte{' '});
+  if (bytes.size() < 4) return false;
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), 3);
+  return (text.starts_with("PF") || text.starts_with("Pf")) && kSpace.find(text[2]) != std::string_view::npos;
 }
 
 Result<Image<float>> decode_pfm(Bytes bytes, const std::string& name) {
   SYMRIG_TRY(const Header header, read_header(bytes, name));
-  const std::size_t channels = header.channels;
-  const std::size_t wanted = static_cast<std::size_t>(header.grid.size()) * channels * sizeof(float);
-  if (bytes.size() - header.bytes < wanted) return damaged(name, "PFM ends before its last pixel");
+  SYMRIG_TRY(const std::size_t begin, pixels_begin(bytes, header, name));
   Image<float> image(header.grid, header.channels);
-  const std::byte* at = bytes.data() + header.bytes;
+  const std::byte* at = bytes.data() + begin;
   for (int row = header.grid.rows - 1; row >= 0; --row)
     for (int col = 0; col < header.grid.cols; ++col)
       for (int c = 0; c < header.channels; ++c, at += sizeof(float))

@@ -179,6 +179,8 @@ Result<Y4mReader> Y4mReader::open(const std::filesystem::path& path) {
   SYMRIG_TRY(const std::string first, line_at(fd, 0, film.name_));
   if (first.compare(0, kMagic.size(), kMagic) != 0)
     return damaged_film(film.name_, "is not a YUV4MPEG2 film");
+  if (first.ends_with('\r'))
+    return damaged_film(film.name_, "its first line ends in CR LF; a copy as text changes line ends");
   SYMRIG_TRY(const Header header, header_of(first, film.name_));
   film.grid_ = header.grid;
   film.rate_ = header.rate;

@@ -16,12 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The pictures of a folder, by name. A file whose name begins with a dot is still being written.
+/// The pictures of a folder, by name.
 Result<std::vector<fs::path>> pictures_of(const fs::path& folder) {
   std::vector<fs::path> pictures;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (has_picture_suffix(entry->path()) && entry->path().filename().string()[0] != '.')
+    if (has_picture_suffix(entry->path()) && !has_hidden_name(entry->path()))
       pictures.push_back(entry->path());
   if (error)
     return Error{ErrorCode::io, fmt::format("{} cannot be read ({})", folder.string(), error.message()),

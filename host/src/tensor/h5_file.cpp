@@ -8,8 +8,11 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 namespace symrig::tensor::h5 {
@@ -50,13 +53,49 @@ Result<void> readable(const fs::path& path, const FileWords& words) {
   return can;
 }
 
-/// The reason why HDF5 did not open a readable file.
+/// Whether an error of the library, which has just failed, contains these words.
+bool library_says(std::string_view words) {
+  std::pair<std::string_view, bool> search{words, false};
+  const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
+    auto& [sought, is_there] = *static_cast<std::pair<std::string_view, bool>*>(found);
+    if (error->desc != nullptr && std::string_view(error->desc).find(sought) != std::string_view::npos)
+      is_there = true;
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &search);
+  return search.second;
+}
+
+/// Why the system refuses the lock that reading needs: an errno; 0 if it grants it.
+int refusal_of_lock(const fs::path& path) {
+  const Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  return !file || ::flock(file.get(), LOCK_SH | LOCK_NB) == 0 ? 0 : errno;
+}
+
+/// The library locks a file while it is open. A lock that has just gone was another program's too.
+Error not_locked(const fs::path& path) {
+  const int cause = refusal_of_lock(path);
+  if (cause == 0 || cause == EWOULDBLOCK)
+    return {ErrorCode::io, path.string() + ": is in use: another program has it open for writing",
+            "close it there (h5py: file.close()), and run this again"};
+  return {ErrorCode::io, path.string() + ": cannot be locked for reading (" + std::strerror(cause) + ")",
+          "copy it to a local disk, or set HDF5_USE_FILE_LOCKING=FALSE if no program writes to it"};
+}
+
+/// The reason why HDF5 did not open a readable file. It is called right after that.
 Error not_opened(const fs::path& path, std::uint64_t bytes, const FileWords& words) {
+  const bool no_lock = library_says("unable to lock file");
+  if (library_says("already open for write"))
+    return {ErrorCode::io,
+            path.string() +
+                ": is marked as open for writing: a program has it open, or ended before it closed it",
+            "close it there; if no program has it open, h5clear -s removes the mark"};
   if (bytes == 0) return {ErrorCode::bad_format, path.string() + ": is empty", std::string(words.make_again)};
   if (H5Fis_hdf5(path.c_str()) <= 0)
     return {ErrorCode::bad_format,
             path.string() + ": is not an HDF5 file, so it is not " + std::string(words.content),
             std::string(words.name_one)};
+  if (no_lock) return not_locked(path);
   return {ErrorCode::bad_format,
           path.string() + ": is an HDF5 file, but cut short or damaged (" + std::to_string(bytes) + " bytes)",
           "copy it again from its source, or " + std::string(words.make_again)};

@@ -34,7 +34,7 @@ struct FileWords {
 };
 
 /// Opens a file to read it. The caller holds library_mutex().
-/// fails: not_found, io; bad_format (not HDF5, or damaged).
+/// fails: not_found; io (also: another program has it open for writing); bad_format (not HDF5, or damaged).
 Result<Source> open_file(const std::filesystem::path& path, const FileWords& words);
 
 /// Fills a new file, syncs it to the disk, and puts it in the place of the old one. `fill` returns false if

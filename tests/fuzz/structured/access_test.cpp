@@ -4,6 +4,7 @@
 #include "scratch.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/map_file.hpp"
 #include "symrig/hdr/response_file.hpp"
@@ -19,7 +20,10 @@
 #include <utility>
 #include <vector>
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <hdf5.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -134,6 +138,43 @@ TEST_F(Access, a_scene_that_is_empty_cut_or_something_else_is_told_apart) {
   ASSERT_TRUE(save_scene(folder_ / "whole.h5", scene).ok());
   fs::resize_file(folder_ / "whole.h5", fs::file_size(folder_ / "whole.h5") - 100);
   EXPECT_NE(error_of(load_scene(folder_ / "whole.h5")).find("cut short"), std::string::npos);
+}
+
+/// Writes a small scene.
+void write_scene(const fs::path& path) {
+  StoredScene scene;
+  TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
+  scene.tensor = std::move(builder).finish();
+  ASSERT_TRUE(save_scene(path, scene).ok());
+}
+
+// HDF5 locks a file for as long as a program has it open. The lock of a second descriptor counts too.
+TEST_F(Access, a_scene_that_another_program_has_open_is_in_use_and_not_damaged) {
+  const fs::path path = folder_ / "open.h5";
+  write_scene(path);
+  {
+    const Fd elsewhere(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+    ASSERT_EQ(::flock(elsewhere.get(), LOCK_EX), 0);
+    const auto read = load_scene(path);
+    ASSERT_FALSE(read.ok());
+    EXPECT_EQ(read.error().code, ErrorCode::io);
+    EXPECT_NE(read.error().line().find("is in use: another program"), std::string::npos)
+        << read.error().line();
+  }
+  EXPECT_EQ(error_of(load_scene(path)), "");
+}
+
+// What remains of a program that was killed: the mark in the file, without a lock.
+TEST_F(Access, a_scene_that_was_not_closed_is_marked_and_not_damaged) {
+  const fs::path path = folder_ / "open.h5", left = folder_ / "left.h5";
+  write_scene(path);
+  const hid_t open = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  ASSERT_GE(open, 0);
+  fs::copy_file(path, left);
+  H5Fclose(open);
+  EXPECT_EQ(error_of(load_scene(path)), "");
+  EXPECT_NE(error_of(load_scene(left)).find("is marked as open for writing"), std::string::npos)
+      << error_of(load_scene(left));
 }
 
 // 60 bytes that would have become four gigabytes.

@@ -185,6 +185,26 @@ TEST_F(CaptureFolder, ExposuresOfOnePatternBecomeOne) {
       ASSERT_NEAR(read->image(k).values()[i], light(k).values()[i], 1.0 / 65535) << k;
 }
 
+// Light has no largest code, so 1.5 is as good as 0.1. The suffix may have large letters.
+TEST_F(CaptureFolder, LightAboveOneIsNotSaturated) {
+  const GrayCode code(kGrid);
+  for (const char* suffix : {"exr", "EXR", "PFM"}) {
+    std::string text = "symrig = 1\nprojector = \"24x40\"\n";
+    for (int k = 0; k < code.photographs(); ++k) {
+      Image<float> image = light(k);
+      for (float& v : image.values()) v *= 4;
+      const std::string file = fmt::format("{}.{}", k, suffix);
+      ASSERT_TRUE(write_image(folder_ / file, image).ok());
+      text += entry(file, k, "exposure = \"10 ms\"");
+    }
+    write("capture.toml", text);
+    const auto read = read_gray_code_folder(folder_);
+    ASSERT_TRUE(read.ok()) << read.error().line();
+    for (std::size_t i = 0; i < read->white().values().size(); ++i)
+      ASSERT_FLOAT_EQ(read->white().values()[i], 4 * light(code.white()).values()[i]) << suffix;
+  }
+}
+
 TEST_F(CaptureFolder, ExposuresAreToldForAllOrNone) {
   write("capture.toml", "symrig = 1\nprojector = \"24x40\"\n" + entry("a.png", 0, "exposure = \"10 ms\"") +
                             entry("b.png", 1));

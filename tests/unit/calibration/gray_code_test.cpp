@@ -85,6 +85,27 @@ TEST_F(GrayCodeFolder, IsReadInNaturalOrder) {
     EXPECT_EQ(read->images[i], photographs.images[i]) << i;
 }
 
+// What macOS keeps beside each file on drives that have no attributes, and a file that is still being
+// written.
+TEST_F(GrayCodeFolder, HiddenFilesAreNoPhotographs) {
+  const auto& photographs = test::default_photographs();
+  write(photographs);
+  const auto beside = [&](const fs::path& path, const std::string& head) {
+    return folder_ / (head + path.filename().string());
+  };
+  for (std::size_t i = 0; i < photographs.images.size(); ++i)
+    std::ofstream(beside(path(i), "._")) << std::string("\0\5\x16\7\0\2\0\0Mac OS X", 16);
+  fs::copy_file(path(0), beside(path(0), "."));
+  std::ofstream(folder_ / "._0.raw") << "no picture";
+  const auto read = read_gray_code_folder(folder_, {.projector = Grid{80, 100}});
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_EQ(read->names.size(), photographs.images.size());
+  EXPECT_EQ(read->names[2], "2.png");
+  const auto named = read_image(folder_ / "._2.png");
+  ASSERT_FALSE(named.ok());
+  EXPECT_NE(named.error().what.find("AppleDouble"), std::string::npos) << named.error().line();
+}
+
 struct Spoiled {
   const char* name;
   ErrorCode code;

@@ -4,11 +4,14 @@
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -61,6 +64,42 @@ TEST_F(ImageFile, AnExrKeepsItsFacts) {
   EXPECT_EQ(read_picture_facts(pfm).value(), PictureFacts{});
   EXPECT_EQ(read_image(with).value(), image);
   EXPECT_EQ(read_image(without).value(), image);
+}
+
+/// Puts another display window into an OpenEXR file: x and y of its first and last pixel.
+void show_window(const fs::path& path, std::array<std::int32_t, 4> window) {
+  auto bytes = read_file(path).value();
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view head("displayWindow\0box2i\0\x10\0\0\0", 24);
+  ASSERT_NE(text.find(head), std::string_view::npos);
+  std::memcpy(bytes.data() + text.find(head) + head.size(), window.data(), sizeof window);
+  ASSERT_TRUE(write_file_atomically(path, bytes).ok());
+}
+
+// The display window is the picture. A crop has fewer pixels, a picture with a margin has more.
+TEST_F(ImageFile, AnExrIsWhatItsDisplayWindowShows) {
+  const fs::path path = folder_ / "window.exr";
+  const auto image = picture({3, 4}, 3);
+  ASSERT_TRUE(write_image(path, image).ok());
+  show_window(path, {-2, -1, 5, 4});
+  const auto crop = read_image(path);
+  ASSERT_TRUE(crop.ok()) << crop.error().line();
+  ASSERT_EQ(crop->grid(), (Grid{6, 8}));
+  for (int c = 0; c < 3; ++c)
+    for (int row = 0; row < 6; ++row)
+      for (int col = 0; col < 8; ++col) {
+        const bool held = row >= 1 && row < 4 && col >= 2 && col < 6;
+        EXPECT_EQ(crop->at(row, col, c), held ? image.at(row - 1, col - 2, c) : 0) << row << ", " << col;
+      }
+  show_window(path, {1, 1, 2, 2});
+  const auto inner = read_image(path);
+  ASSERT_TRUE(inner.ok()) << inner.error().line();
+  ASSERT_EQ(inner->grid(), (Grid{2, 2}));
+  EXPECT_EQ(inner->at(1, 0, 2), image.at(2, 1, 2));
+  show_window(path, {100, 100, 103, 102});
+  EXPECT_NE(read_image(path).error().what.find("outside of its display window"), std::string::npos);
+  show_window(path, {0, 0, 2'000'000'000, 2'000'000'000});
+  EXPECT_EQ(read_image(path).error().code, ErrorCode::bad_format);
 }
 
 TEST_F(ImageFile, ADamagedHeaderStatesNothing) {
@@ -230,6 +269,41 @@ TEST_F(ImageFile, BigEndianPfmIsRead) {
   ASSERT_TRUE(read.ok()) << read.error().line();
   EXPECT_EQ(read->at(0, 0), 1);
   EXPECT_EQ(read->at(0, 1), 2);
+}
+
+/// The bytes of a PFM of one row, whose header ends with `end`.
+std::string pfm_that_ends(const std::string& line, const std::string& end, std::span<const float> values) {
+  std::string file = "Pf" + line + std::to_string(values.size()) + " 1" + line + "-1.0" + end;
+  return file.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
+}
+
+TEST_F(ImageFile, APfmMayEndItsLinesInAnyWay) {
+  // The pixels of the second picture begin with the bytes of LF, CR and a blank.
+  const float plain[] = {0.1F, 0.7F}, like_text[] = {std::bit_cast<float>(0x3F200D0AU), 2};
+  const std::string lines[] = {"\n", "\r\n", "\r", " \n", " \r\n", "  ", "\t"};
+  for (const auto& values : {std::span<const float>(plain), std::span<const float>(like_text)})
+    for (const std::string& line : lines)
+      for (const char* end : {"\n", "\r\n", "\r", " ", " \n", "\t \r\n"}) {
+        const std::string file = pfm_that_ends(line, end, values);
+        const auto read = decode_image(std::as_bytes(std::span(file)), "lines.pfm");
+        ASSERT_TRUE(read.ok()) << read.error().line();
+        EXPECT_EQ(read->at(0, 0), values[0]) << testing::PrintToString(file);
+        EXPECT_EQ(read->at(0, 1), values[1]) << testing::PrintToString(file);
+      }
+}
+
+TEST_F(ImageFile, APfmWithBytesTooManyIsRefused) {
+  // What a copy as text makes of a pixel that contains the byte 10; a second LF; a file with a tail.
+  const float values[] = {std::bit_cast<float>(0x3F200A0DU), 2};
+  std::string as_text = pfm_that_ends("\r\n", "\r\n", values);
+  as_text.insert(as_text.find("\r\n", as_text.find("-1.0") + 6) + 1, "\r");
+  for (const std::string& file :
+       {as_text, pfm_that_ends("\n", "\n\n", values), pfm_that_ends("\n", "\n", values) + '\n'}) {
+    const auto read = decode_image(std::as_bytes(std::span(file)), "tail.pfm");
+    ASSERT_FALSE(read.ok()) << testing::PrintToString(file);
+    EXPECT_EQ(read.error().code, ErrorCode::bad_format);
+    EXPECT_NE(read.error().what.find("after the scale"), std::string::npos) << read.error().line();
+  }
 }
 
 TEST_F(ImageFile, MissingFileAndFolder) {

@@ -108,6 +108,7 @@ TEST_F(Y4m, what_is_no_film_of_whole_pictures_is_refused) {
         Case{header(" C410") + frame(9), "C410"}, Case{header(" Cmono99") + frame(9), "Cmono99"},
         Case{header(" C420p7") + frame(9), "C420p7"},
         Case{"YUV4MPEG2 W3 H2 It Cmono\n" + frame(0), "interlaced"},
+        Case{"YUV4MPEG2 W3 H2 XCOLORRANGE=FULL\r\n" + frame(0), "CR LF"},
         Case{"YUV4MPEG2 W3x H2 Cmono\n" + frame(0), "W3x"},
         Case{"YUV4MPEG2 W3 F25 H2 Cmono\n" + frame(0), "F25"},
         Case{"YUV4MPEG2 W3 Cmono\n" + frame(0), "empty"},

@@ -5,8 +5,11 @@
 #include "symrig/sim/dense_rig.hpp"
 #include "tensor/h5_file.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -160,6 +163,61 @@ TEST_F(DenseFiles, hdf5) {
   EXPECT_EQ(read_dense({path_, kGrid}).error().code, ErrorCode::bad_format);
   write_hdf(path_, {}, true);
   EXPECT_NE(read_dense({path_, kGrid}).error().line().find("no matrix"), std::string::npos);
+}
+
+// MATLAB's sparse matrices are groups with this attribute.
+TEST_F(DenseFiles, a_group_is_called_what_it_is) {
+  namespace h5 = tensor::h5;
+  const auto write_group = [&](bool sparse) {
+    const auto written = h5::write_file(path_, [&](hid_t file) {
+      h5::Handle group = h5::new_group(file, "T");
+      const std::int32_t rows = kPixels;
+      return group.ok() &&
+             (!sparse || h5::write_attribute(group.id(), "MATLAB_sparse", std::span(&rows, 1))) &&
+             group.close();
+    });
+    ASSERT_TRUE(written.ok()) << written.error().line();
+  };
+  write_group(true);
+  EXPECT_NE(read_dense({path_, kGrid}).error().line().find("T is sparse: give full(T)"), std::string::npos)
+      << read_dense({path_, kGrid}).error().line();
+  write_group(false);
+  EXPECT_NE(read_dense({path_, kGrid}).error().line().find("T is a group"), std::string::npos);
+}
+
+/// A .npy file. size: bytes of the length of its head.
+std::string npy(int version, std::size_t size, const std::string& kind, const std::string& numbers) {
+  const std::string head = "{'descr': '" + kind + "', 'fortran_order': False, 'shape': (6, 6), }\n";
+  std::string file = "\x93NUMPY" + std::string{static_cast<char>(version), 0};
+  for (std::size_t k = 0; k < size; ++k) file += static_cast<char>(k == 0 ? head.size() : 0);
+  return file + head + numbers;
+}
+
+template <class T>
+std::string raster_numbers(bool swapped) {
+  std::string all;
+  for (std::size_t i = 0; i < kPixels; ++i)
+    for (std::size_t j = 0; j < kPixels; ++j) {
+      const auto value = static_cast<T>(entry(i, j));
+      std::string one = raw_bytes(std::span<const T>(&value, 1));
+      if (swapped) std::reverse(one.begin(), one.end());
+      all += one;
+    }
+  return all;
+}
+
+TEST_F(DenseFiles, npy_of_every_version_in_either_byte_order) {
+  for (const int version : {1, 2, 3}) {
+    const std::size_t size = version == 1 ? 2 : 4;
+    expect_matrix(read(npy(version, size, "<f4", raster_numbers<float>(false)), kGrid));
+    expect_matrix(read(npy(version, size, ">f4", raster_numbers<float>(true)), kGrid));
+    expect_matrix(read(npy(version, size, "<f8", raster_numbers<double>(false)), kGrid));
+    expect_matrix(read(npy(version, size, ">f8", raster_numbers<double>(true)), kGrid));
+  }
+  expect_refusal(npy(4, 4, "<f4", raster_numbers<float>(false)), "is of version 4.0 of .npy");
+  expect_refusal(npy(1, 2, "<c8", raster_numbers<double>(false)), "its numbers are '<c8'");
+  expect_refusal("PK\x03\x04" + std::string(60, '\0'), "ZIP archive");
+  expect_refusal("# Created by Octave 9.2.0", "Octave's text format");
 }
 
 }  // namespace

@@ -31,6 +31,9 @@ Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::s
 
 /// True if a name ends in .exr, .pfm or .png, in small or large letters.
 bool has_picture_suffix(const std::filesystem::path& path);
+/// True if a name begins with a dot. A folder's pictures are those without: "._01.png" is what macOS keeps
+/// beside 01.png on exFAT and network drives, and ".01.png" may still be being written.
+bool has_hidden_name(const std::filesystem::path& path);
 
 /// Writes a linear picture of 1 or 3 channels. The suffix chooses the format: .exr (32-bit float), .pfm, .png
 /// (16 bits, clipped to [0,1], linear). The file is written atomically. facts: go into an OpenEXR header.

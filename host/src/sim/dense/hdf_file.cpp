@@ -40,6 +40,15 @@ std::optional<DataSet> data_set(hid_t file, const char* name) {
   return found;
 }
 
+/// What a group of MATLAB is: sparse matrices, cells and structures are no data sets.
+std::string kind_of_group(hid_t file, const char* name) {
+  H5L_info_t link{};
+  if (H5Lget_info(file, name, &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) return {};
+  const h5::Handle object(H5Oopen(file, name, H5P_DEFAULT), H5Oclose);
+  if (!object.ok() || H5Iget_type(object.id()) != H5I_GROUP) return {};
+  return H5Aexists(object.id(), "MATLAB_sparse") > 0 ? "is sparse: give full(T)" : "is a group, no matrix";
+}
+
 herr_t note_name(hid_t /*group*/, const char* name, const H5L_info_t* /*link*/, void* names) {
   static_cast<std::vector<std::string>*>(names)->emplace_back(name);
   return 0;
@@ -51,12 +60,18 @@ Result<DataSet> matrix_in(hid_t file) {
   std::vector<std::string> names;
   H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, note_name, &names);
   std::vector<DataSet> found;
+  std::string group;
+  for (const std::string& name : names)
+    if (const std::string kind = kind_of_group(file, name.c_str());
+        !kind.empty() && name != "#refs#" && (group.empty() || name == "T"))
+      group = name + " " + kind;
   for (const std::string& name : names)
     if (auto one = data_set(file, name.c_str()); one && one->numeric && is_matrix_shape(one->shape))
       found.push_back(*std::move(one));
   if (found.size() == 1) return found.front();
   return Error{ErrorCode::bad_format,
-               found.empty() ? "it holds no matrix" : "it holds several matrices, none of the name T",
+               found.empty() ? (group.empty() ? "it holds no matrix" : group)
+                             : "it holds several matrices, none of the name T",
                "give a file whose data set T is a matrix of floats"};
 }
 

@@ -40,7 +40,7 @@ Result<Grid> stated_size(double rows, double cols, const std::string& name);
 /// The error bad_format of a file with its usual next step.
 Error no_matrix(const std::string& file, const std::string& why);
 
-/// NumPy Enhancement Proposal 1, versions 1 and 2.
+/// NumPy Enhancement Proposal 1, versions 1 to 3, in either byte order.
 Result<RawMatrix> read_npy(std::vector<std::byte> bytes, const std::string& file);
 bool is_mat(std::string_view bytes);
 /// MATLAB's formats: level 4, level 5, and level 5 with compression (level 7).  source: "MAT-File Format",
