@@ -19,7 +19,7 @@ inline hal::Tick monotonic_now() {
   return static_cast<hal::Tick>(now.tv_sec) * kTickHz + static_cast<hal::Tick>(now.tv_nsec);
 }
 
-class MonotonicClock final : public hal::Clock {
+class KernelClock final : public hal::Clock {
  public:
   hal::Tick now() const override { return monotonic_now(); }
 };

@@ -68,7 +68,7 @@ class Daemon final : private hal::System {
   std::vector<hal::Line> lines_;
   std::uint32_t output_mask_ = 0;
   hal::BoardTraits traits_;
-  MonotonicClock clock_;
+  KernelClock clock_;
   SettingsFile settings_;
   FaultFile faults_;
   SafeLevelsFile safe_file_;
