@@ -18,7 +18,7 @@ inline constexpr double kElectronsPerCount = 5, kReadNoise = 6;  // from the dat
 /// 0: done; otherwise a number of the library.
 class Rig {
  public:
-  int connect() { return 0; }
+  int connect() { return 0; }  // NOLINT(readability-convert-member-functions-to-static): as libraries have it
 
   /// levels: kWidth x kHeight, bottom row first. counts: the same order, from 0 to kSaturated.
   int shoot(const std::vector<std::uint16_t>& levels, std::vector<std::uint16_t>& counts) {

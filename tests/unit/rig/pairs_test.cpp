@@ -124,7 +124,8 @@ TEST(Pairs, a_capture_goes_on_as_if_it_had_not_stopped) {
 }
 
 /// Pairs of which one camera misbehaves.
-std::unique_ptr<SimulatedPairs> open_faulty(std::size_t faulty, std::shared_ptr<CameraMischief> mischief,
+std::unique_ptr<SimulatedPairs> open_faulty(std::size_t faulty,
+                                            const std::shared_ptr<CameraMischief>& mischief,
                                             std::vector<std::unique_ptr<Camera>>& kept) {
   SimulatedPairHooks hooks;
   hooks.camera = [faulty, mischief, &kept](std::size_t pair, std::unique_ptr<Camera> camera) {

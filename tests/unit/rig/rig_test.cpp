@@ -299,6 +299,7 @@ TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
 /// more.
 void expect_halves_and_wholes(Rig& rig) {
   std::vector<Pattern> patterns;
+  patterns.reserve(6);
   for (int k = 0; k < 6; ++k) patterns.emplace_back(Grid{3, 4}, 1, k % 2 == 0 ? 1.F : 0.5F);
   const auto photographs = rig.measure(patterns);
   ASSERT_TRUE(photographs.ok()) << photographs.error().line();

@@ -15,6 +15,7 @@ std::vector<StepMark> marks() {
 
 std::vector<FrameStamp> frames_at(const std::vector<std::uint64_t>& ticks) {
   std::vector<FrameStamp> frames;
+  frames.reserve(ticks.size());
   for (const std::uint64_t tick : ticks) frames.push_back({frames.size(), {tick}});
   return frames;
 }

@@ -254,7 +254,7 @@ TEST(Receipt, what_is_none_is_refused) {
        {"", "{}", "[]", "{\"format\":\"symrig-receipt\"}", "{\"format\":\"symrig-receipt\",\"version\":2}"})
     EXPECT_FALSE(read_receipt(text).ok()) << text;
   std::string text = receipt_json(ran(kScan));
-  text.replace(text.find("\"captured\":{\"count\""), 10, "\"recaptured\"");
+  text.replace(text.find(R"("captured":{"count")"), 10, R"("recaptured")");
   EXPECT_FALSE(read_receipt(text).ok());
 }
 
