@@ -18,9 +18,9 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds kSlice = 100ms;   // between two calls of the progress callback
 constexpr Nanoseconds kPatience = 10s;  // added to the longest duration of the program
 constexpr Nanoseconds kAbortPatience = 2s;
-constexpr int kBurst = 8;                         // readings without a pause, for a first bound
-constexpr std::uint64_t kMostEvents = 8'000'000;  // of one run, all in memory: 200 MB
-constexpr Nanoseconds kClockPeriod = 1s;          // between two readings of the board's clock
+constexpr int kBurst = 8;                          // readings without a pause, for a first bound
+constexpr std::uint64_t kMostEvents = 10'000'000;  // of one run, all in memory: 240 MB
+constexpr Nanoseconds kClockPeriod = 1s;           // between two readings of the board's clock
 
 /// Reads the board's clock before, during and after a run.
 class ClockWatch {

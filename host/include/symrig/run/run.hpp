@@ -60,7 +60,7 @@ struct RunRecord {
 /// keep-alive is that of BoardOptions; it should be program.keep_alive.
 /// A run that has started is never an error here, however it ended: the record contains it (run_error()).
 /// fails before the start: device_refused (another kind of board, or a refused request), fault (latched by an
-/// earlier run), limit (more than 8 million marks and edges), device_lost, protocol, timeout.
+/// earlier run), limit (more than 10 million marks and edges), device_lost, protocol, timeout.
 Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options = {});
 
 /// The Error of a run that did not complete: fault, interrupted, timeout (of a wait, or the run did not end
