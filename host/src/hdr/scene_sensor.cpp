@@ -329,6 +329,7 @@ Result<SceneSensor> SceneTransfer::finish() {
   if (line.rises()) {
     found.sensor = in.sensor_of(line, pedestal, clipping);
     found.sensor->nonlinearity = found.linearity.worst;
+    found.sensor->clipping_seen = found.clipping_seen;
   } else if (found.linearity.linear()) {
     return wrong(ErrorCode::bad_value, "the noise of the frames does not grow with their light",
                  "take raw frames, not processed ones");

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/sensor.hpp"
 
+#include "hdr/clipping.hpp"
 #include "hdr/sensor_parts.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -84,17 +86,17 @@ void add_pairs(const std::vector<Codes>& level, std::span<const std::uint8_t> de
     hdr::add_transfer_points(level[k], level[k + 1], defects, grid, pedestal, saturation, points);
 }
 
-/// The lowest code at which a bright level clips: its codes have no more spread than dark ones, although
-/// light makes noise. The largest code if no level clips.
-int clipping_code(const SensorFrames& frames, double dark_noise) {
-  const int largest = (1 << frames.bits) - 1;
-  int clipped = largest;
+/// The lowest code at which a bright level clips, or a part of it. Codes of a whole level that clips have no
+/// more spread than dark ones, although light makes noise. nullopt: none clips.
+std::optional<int> clipping_seen(const SensorFrames& frames, double dark_noise) {
+  const double dim = 0.25 * ((1 << frames.bits) - 1);
+  std::optional<int> clipped;
   for (const auto& level : frames.flat) {
     std::vector<double> codes(level.front().begin(), level.front().end());
     const double spread = robust_sigma(codes);
-    const double middle = median(codes);
-    if (middle > 0.25 * largest && spread <= kPiledUp * std::max(dark_noise, 0.5))
-      clipped = std::min(clipped, static_cast<int>(middle));
+    auto code = hdr::clipping_of_flat(level.front(), dark_noise);
+    if (spread <= kPiledUp * std::max(dark_noise, 0.5)) code = static_cast<int>(median(codes));
+    if (code && *code > dim) clipped = std::min(clipped.value_or(*code), *code);
   }
   return clipped;
 }
@@ -118,7 +120,9 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   hdr::find_hot(dark, frames.dark.size(), defects);
   const double pedestal = hdr::mean_of(dark.mean, defects);
   std::vector<double> noises = dark.variance;
-  const int clipping = clipping_code(frames, std::sqrt(median(noises)));
+  const auto seen = clipping_seen(frames, std::sqrt(median(noises)));
+  const int clipping = seen.value_or((1 << frames.bits) - 1);
+  sensor.clipping_seen = seen.has_value();
   const std::vector<Codes>* brightest = nullptr;
   double most = 0;
   for (const auto& level : frames.flat) {

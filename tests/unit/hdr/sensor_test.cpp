@@ -131,6 +131,27 @@ TEST(Sensor, AWhiteLevelBelowTheLargestCodeIsFound) {
   ASSERT_TRUE(sensor.ok()) << sensor.error().line();
   // The full well clips electrons before read noise is added: the pile is a few codes wide.
   EXPECT_LE(sensor->noise.saturation_code(), 3600 + 3);
+  EXPECT_TRUE(sensor->clipping_seen);
+}
+
+// Light falls off by a fifth to the corners, so only the middle of the brightest level clips.
+TEST(Sensor, AFlatThatClipsInPartTellsTheWhiteLevelToo) {
+  for (const int clip : {3600, 4095}) {
+    World world;
+    world.noise = NoiseModel::from_electrons({.full_well = 20'000, .bits = 12}).clipped_at(clip);
+    world.make_pixels();
+    std::vector<double> levels = kLevels;
+    levels.push_back(1.06);
+    const auto sensor = measure_sensor(take(world, 4, 2, levels).frames());
+    ASSERT_TRUE(sensor.ok()) << sensor.error().line();
+    EXPECT_TRUE(sensor->clipping_seen) << clip;
+    EXPECT_NEAR(sensor->noise.clipping_code(), clip, 3);
+    EXPECT_NEAR(sensor->noise.gain() / world.noise.gain(), 1, 0.03);
+    const auto unseen = measure_sensor(take(world, 4, 2, kLevels).frames());
+    ASSERT_TRUE(unseen.ok());
+    EXPECT_FALSE(unseen->clipping_seen);
+    EXPECT_EQ(unseen->noise.clipping_code(), 4095);
+  }
 }
 
 TEST(Sensor, SaysWhatIsWrongWithTheFrames) {
