@@ -62,6 +62,22 @@ void find_unresponsive(const std::vector<double>& light, const std::vector<doubl
     if (std::abs(light[i] - local[i]) > kUnresponsive * std::max(local[i], 1.0)) defects[i] = 1;
 }
 
+/// Where a tenth of the pixels seem to be defects, it is the light or the sensor that is of another kind.
+Result<void> check_defects(std::span<const std::uint8_t> defects) {
+  constexpr double kMost = 0.1;
+  const double share = static_cast<double>(std::count_if(defects.begin(), defects.end(),
+                                                         [](std::uint8_t d) { return d != 0; })) /
+                       static_cast<double>(defects.size());
+  if (share <= kMost) return {};
+  return bad_frames(
+      ErrorCode::bad_value,
+      fmt::format(
+          "{:.0f} % of the pixels respond unlike their neighbours: the flat frames are not smooth, or the "
+          "sensor has colour filters in a pattern other than 2 x 2",
+          100 * share),
+      "light the sensor evenly, without structure; give the codes of one colour of another pattern");
+}
+
 /// The variation of sensitivity between pixels: Var[light / local] minus the part from temporal noise.
 double prnu_of(const std::vector<double>& light, const std::vector<double>& local,
                std::span<const std::uint8_t> defects, const hdr::TransferLine& line, std::size_t frames,
@@ -126,8 +142,11 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   const std::vector<Codes>* brightest = nullptr;
   double most = 0;
   for (const auto& level : frames.flat) {
-    const double mean = hdr::mean_of(hdr::moments(level).mean, defects);
-    if (mean <= most || mean >= pedestal + 0.75 * (clipping - pedestal)) continue;
+    const std::vector<double> codes = hdr::moments(level).mean;
+    const double mean = hdr::mean_of(codes, defects);
+    // Colours differ: the brightest one must not clip either.
+    const double bright = quantile(std::vector(codes), 0.98), range = clipping - pedestal;
+    if (mean <= most || mean >= pedestal + 0.75 * range || bright >= pedestal + 0.9 * range) continue;
     most = mean;
     brightest = &level;
   }
@@ -137,9 +156,10 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
         fmt::format("no flat level is between the dark level {:.0f} DN and saturation", pedestal),
         "take flat frames at a tenth to two thirds of the range");
   const std::vector<double> light = light_of(*brightest, dark.mean);
-  std::vector<double> local = hdr::smooth(light, defects, frames.grid);
+  std::vector<double> local = hdr::smooth_by_colour(light, defects, frames.grid);
   find_unresponsive(light, local, defects);
-  local = hdr::smooth(light, defects, frames.grid);
+  SYMRIG_CHECK(check_defects(defects));
+  local = hdr::smooth_by_colour(light, defects, frames.grid);
   std::vector<hdr::TransferPoint> points;
   add_pairs(frames.dark, defects, frames.grid, pedestal, clipping, points);
   const std::size_t dark_points = points.size();
