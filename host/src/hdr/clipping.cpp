@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include <fmt/format.h>
+
 namespace symrig::hdr {
 namespace {
 
@@ -88,6 +90,48 @@ std::optional<int> clipping_of_flat(Codes codes, double dark_noise) {
   const double fullest = *std::max_element(count.begin() + 1, count.end());
   if (count[0] < 2 * static_cast<double>(kFewestPiled) || count[0] <= kFuller * fullest) return {};
   return static_cast<int>(median(highest));
+}
+
+void DarkCodes::add(Codes codes) {
+  for (const std::uint16_t code : codes) count_[code] += 1;
+  all_ += static_cast<double>(codes.size());
+}
+
+/// A code is an even distribution between the middles to its neighbours.
+double DarkCodes::quantile(double share) const {
+  double below = 0;
+  for (std::size_t code = 0; code < count_.size(); ++code) {
+    if (below + count_[code] >= share * all_)
+      return static_cast<double>(code) - 0.5 + (share * all_ - below) / std::max(count_[code], 1.0);
+    below += count_[code];
+  }
+  return 0;
+}
+
+double DarkCodes::cut_share() const {
+  constexpr double kSeen = 0.6, kUpper = 0.8413;  // one deviation above the median
+  if (!(all_ > 0) || count_[0] == 0) return 0;
+  double mean = 0, squares = 0;
+  for (std::size_t code = 0; code < count_.size(); ++code) {
+    const auto value = static_cast<double>(code);
+    mean += value * count_[code] / all_;
+    squares += value * value * count_[code] / all_;
+  }
+  const double middle = quantile(0.5), sigma = quantile(kUpper) - middle;
+  if (!(sigma > 0) || squares - mean * mean < kSeen * kSeen) return 0;
+  return std::erfc((middle + 0.5) / sigma / std::sqrt(2.0)) / 2;
+}
+
+Result<void> DarkCodes::check() const {
+  constexpr double kMost = 0.02;
+  const double cut = cut_share();
+  if (cut <= kMost) return {};
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format("the dark frames are cut at code 0 in about {:.0f} % of their samples: black level and "
+                  "read noise cannot be measured",
+                  100 * cut),
+      "raise the camera's black level (offset) until no dark sample is 0"};
 }
 
 }  // namespace symrig::hdr

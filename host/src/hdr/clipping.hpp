@@ -36,4 +36,21 @@ std::optional<int> clipping_of_bracket(std::span<const Frame> frames,
 /// samples of any of four windows below. Light without clipping makes the windows below fuller.
 std::optional<int> clipping_of_flat(Codes codes, double dark_noise);
 
+/// How often each code occurs in dark frames.
+class DarkCodes {
+ public:
+  void add(Codes codes);
+  /// The share of the samples that were below code 0 before they were cut: of a normal distribution with the
+  /// median and the upper spread of the codes. 0 if the noise is below 0.6 codes, where rounding hides it.
+  double cut_share() const;
+  /// fails: bad_value (more than 2 % are cut: pedestal and read noise would be wrong).
+  Result<void> check() const;
+
+ private:
+  double quantile(double share) const;
+
+  std::vector<double> count_ = std::vector<double>(std::size_t{1} << 16);
+  double all_ = 0;
+};
+
 }  // namespace symrig::hdr

@@ -129,6 +129,9 @@ std::string Sensor::to_string() const {
 
 Result<Sensor> measure_sensor(const SensorFrames& frames) {
   SYMRIG_CHECK(check(frames));
+  hdr::DarkCodes dark_codes;
+  for (const Codes& codes : frames.dark) dark_codes.add(codes);
+  SYMRIG_CHECK(dark_codes.check());
   Sensor sensor;
   sensor.defects = Image<std::uint8_t>(frames.grid);
   const auto defects = sensor.defects.values();

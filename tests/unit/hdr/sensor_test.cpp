@@ -184,6 +184,21 @@ TEST(Sensor, FlatsWithStructureAreRefused) {
       << sensor.error().line();
 }
 
+// The read noise is 6 e- = 1.2 DN.
+TEST(Sensor, ABlackLevelThatIsCutAtZeroIsRefused) {
+  for (const double pedestal : {0.0, 1.0, 4.0, 64.0}) {
+    World world;
+    world.noise = NoiseModel::from_electrons({.pedestal = pedestal});
+    world.make_pixels();
+    const auto sensor = measure_sensor(take(world, 4, 2, kLevels).frames());
+    EXPECT_EQ(sensor.ok(), pedestal >= 4) << pedestal;
+    if (sensor.ok())
+      EXPECT_NEAR(sensor->noise.read_noise() / 6, 1, 0.05);
+    else
+      EXPECT_NE(sensor.error().what.find("cut at code 0"), std::string::npos) << sensor.error().line();
+  }
+}
+
 TEST(Sensor, SaysWhatIsWrongWithTheFrames) {
   World world;
   world.make_pixels();
