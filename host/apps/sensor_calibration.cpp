@@ -48,6 +48,7 @@ Json sensor_json(const Sensor& sensor, bool scene) {
           {"read_noise_sigma", sensor.read_noise_sigma},
           {"full_well", noise.full_well()},
           {"clipping", noise.clipping_code()},
+          {"clipping_seen", sensor.clipping_seen},
           {"prnu", scene ? Json() : Json(sensor.prnu)},
           {"dsnu", sensor.dsnu},
           {"defects", defects_of(sensor)}};
@@ -114,7 +115,6 @@ std::string scene_text(const SceneFacts& scene) {
         "  warning: the light flickers by more than {}: if the projector's light pulses, give light_period "
         "under [rig.projector]\n",
         percent(kFlickers));
-  if (!scene.clipping_seen) text += "  no frame saturates: the largest code is taken as the clipping point\n";
   return text;
 }
 
@@ -123,10 +123,11 @@ std::string sensor_text(const Sensor& sensor, const Measured& measured) {
   std::string text = fmt::format(
       "  gain        {:.4g} DN/e- ± {}\n"
       "  read noise  {:.3g} e- ± {}\n"
-      "  pedestal    {:.2f} DN, clipping at {} DN, full well {:.0f} e-\n"
+      "  pedestal    {:.2f} DN, clipping at {} DN{}, full well {:.0f} e-\n"
       "  pixels      sensitivities {}, dark levels differ by {:.2g} DN rms; {} defects\n",
       noise.gain(), percent(sensor.gain_sigma), noise.read_noise(), percent(sensor.read_noise_sigma),
-      noise.pedestal(), noise.clipping_code(), noise.full_well(),
+      noise.pedestal(), noise.clipping_code(), sensor.clipping_seen ? "" : " (assumed: no frame saturates)",
+      noise.full_well(),
       measured.findings.scene ? "not measured (a scene is no even light)"
                               : "differ by " + percent(sensor.prnu) + " rms",
       sensor.dsnu, defects_of(sensor));

@@ -21,6 +21,8 @@ TEST_F(SensorFolder, gain_and_read_noise_are_recovered) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   EXPECT_NE(outcome.out.find("gain"), std::string::npos);
+  EXPECT_NE(outcome.out.find("clipping at 4095 DN (assumed: no frame saturates)"), std::string::npos)
+      << outcome.out;
   const auto sensor = load_sensor(path("sensor.toml"));
   ASSERT_TRUE(sensor.ok()) << sensor.error().line();
   EXPECT_NEAR(sensor->noise.gain() / sensor_.gain(), 1, 0.03);
@@ -30,6 +32,7 @@ TEST_F(SensorFolder, gain_and_read_noise_are_recovered) {
   EXPECT_EQ(j.at("dark_frames"), 6);
   EXPECT_EQ(j.at("flat_levels"), 5);
   EXPECT_EQ(j.at("sensor").at("gain"), sensor->noise.gain());
+  EXPECT_FALSE(j.at("sensor").at("clipping_seen").get<bool>());
   EXPECT_LT(j.at("sensor").at("gain_sigma").get<double>(), 0.01);
   EXPECT_TRUE(j.at("linearity").at("linear").get<bool>()) << j.dump();
   EXPECT_TRUE(j.at("response").is_null());

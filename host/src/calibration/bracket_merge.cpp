@@ -109,6 +109,39 @@ std::vector<Frame> with_seen_exposures(std::vector<Frame> frames, const std::vec
   return frames;
 }
 
+/// The camera may clip before the code that its sensor.toml says, or assumes.
+void correct_clipping(std::span<const Frame> frames, MergedBracket& merged) {
+  if (!merged.camera.sensor) return;
+  const int stated = merged.camera.sensor->noise.clipping_code();
+  if (clip_as_seen(frames, *merged.camera.sensor))
+    merged.warnings.push_back(fmt::format(
+        "the camera clips at code {}, not at {}: pixels stay there although a shorter exposure expects more; "
+        "codes from {} on do not count (measure the sensor again, with a flat that saturates)",
+        merged.camera.sensor->noise.clipping_code(), stated, merged.camera.sensor->noise.saturation_code()));
+}
+
+/// The lowest code that does not count.
+int saturation_of(const SensorPhotographs& photographs, const SensorFindings& camera) {
+  const int largest = (1 << photographs.bits) - 1;
+  if (!camera.response) return camera.sensor->noise.saturation_code();
+  const int high = usable_codes(photographs, camera.sensor).high;
+  return high < 0 ? largest : high;
+}
+
+/// Says which share of the values is saturated even in the shortest exposure. They have no light to tell.
+void warn_of_burnt(std::span<const Frame> frames, int saturation, MergedBracket& merged) {
+  constexpr double kTold = 1e-3;
+  const Frame& shortest = *std::ranges::min_element(frames, {}, &Frame::exposure);
+  const auto burnt = static_cast<double>(
+      std::ranges::count_if(shortest.raw, [&](std::uint16_t code) { return code >= saturation; }));
+  const double share = burnt / static_cast<double>(shortest.raw.size());
+  if (share > kTold)
+    merged.warnings.push_back(
+        fmt::format("{:.2g} % of the values are saturated in all exposures: they are 0 and "
+                    "not valid (add a shorter exposure)",
+                    100 * share));
+}
+
 /// A wrong exposure looks like a curve. It is none if the camera is linear with exposures that fit the
 /// pixels.
 Result<void> blame_exposures(std::span<const Frame> frames, SensorFindings& camera) {
@@ -147,12 +180,14 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
     merged.camera.sensor = known.sensor;
     merged.camera.response = known.response;
     merged.camera.response_doubt = known.response_doubt;
+    correct_clipping(frames, merged);
   } else {
     SYMRIG_TRY(merged.camera, examine_sensor(photographs));
     SYMRIG_CHECK(blame_exposures(frames, merged.camera));
   }
   SYMRIG_CHECK(merged.camera.response ? merge_curved(photographs, frames, merged)
                                       : merge_linear(photographs, frames, merged));
+  warn_of_burnt(frames, saturation_of(photographs, merged.camera), merged);
   for (const ExposureRatio& ratio : merged.ratios)
     if (ratio.wrong())
       merged.warnings.push_back(

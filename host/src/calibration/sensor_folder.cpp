@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sensor_frames.hpp"
+#include "hdr/clipping.hpp"
+#include "image/codec.hpp"
 #include "symrig/calibration/capture_file.hpp"
 #include "symrig/image/file.hpp"
 
@@ -123,7 +125,7 @@ class FrameReader {
   }
 
   Result<SensorPhotographs::Codes> codes_of(const std::string& file) {
-    const bool raw = fs::path(file).extension() == ".raw" || fs::path(file).extension() == ".RAW";
+    const bool raw = image::lower_suffix(file) == ".raw";
     SYMRIG_TRY(const Image<float> image,
                raw ? read_captured(folder_ / file, capture_) : read_picture(folder_ / file));
     if (!all_.grid.valid()) all_.grid = image.grid(), all_.channels = image.channels(), first_ = file;
@@ -175,11 +177,29 @@ std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
   return frames;
 }
 
+std::optional<int> clipping_of(std::span<const Frame> bracket, const std::optional<Sensor>& sensor) {
+  if (!sensor) return hdr::clipping_of_bracket(bracket, {});
+  const NoiseModel& noise = sensor->noise;
+  return hdr::clipping_of_bracket(bracket,
+                                  hdr::LinearCodes{noise.pedestal(), noise.gain() * noise.read_noise()});
+}
+
+bool clip_as_seen(std::span<const Frame> bracket, Sensor& sensor) {
+  const auto clipping = clipping_of(bracket, sensor);
+  if (!clipping || *clipping >= sensor.noise.saturation_code()) return false;
+  sensor.noise = sensor.noise.clipped_at(*clipping);
+  sensor.clipping_seen = true;
+  return true;
+}
+
 ResponseOptions usable_codes(const SensorPhotographs& photographs, const std::optional<Sensor>& sensor) {
   constexpr double kSigmas = 5;
   ResponseOptions options;
   options.bits = photographs.bits;
-  if (!sensor) return options;
+  if (!sensor) {
+    options.high = clipping_of(bracket_of(photographs), sensor).value_or(options.high);
+    return options;
+  }
   const NoiseModel& noise = sensor->noise;
   options.low = static_cast<int>(noise.pedestal() + kSigmas * noise.gain() * noise.read_noise());
   options.high = noise.saturation_code();
@@ -244,6 +264,7 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
   if (photographs.bracket.empty()) return findings;
   const std::vector<Frame> bracket = bracket_of(photographs);
   if (findings.sensor) {
+    clip_as_seen(bracket, *findings.sensor);
     SYMRIG_TRY(findings.linearity, test_linearity(bracket, findings.sensor->noise));
     findings.sensor->nonlinearity = findings.linearity->worst;
     if (findings.linearity->linear()) return findings;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/scene_sensor.hpp"
 
+#include "hdr/clipping.hpp"
 #include "hdr/dark_level.hpp"
 #include "hdr/light_groups.hpp"
 #include "hdr/sensor_parts.hpp"
@@ -78,8 +79,9 @@ struct SceneTransfer::Inside {
   Grid grid;
   int bits;
   std::optional<SceneLevel> level;
-  bool first_pair = true;  // of the level
-  hdr::DarkLevel dark;     // the first dark level
+  bool first_pair = true;     // of the level
+  hdr::DarkLevel dark;        // the first dark level
+  hdr::DarkCodes dark_codes;  // of the first dark level
   std::vector<DarkMean> dark_means;
   std::optional<hdr::LightGroups> groups;
   Nanoseconds sorted_at{0};
@@ -180,6 +182,8 @@ void SceneTransfer::Inside::add_dark(Codes a, Codes b) {
   if (dark_means.size() == 1) {
     dark.add(a);
     dark.add(b);
+    dark_codes.add(a);
+    dark_codes.add(b);
     return;
   }
   for (const Codes codes : {a, b}) {
@@ -326,9 +330,11 @@ Result<SceneSensor> SceneTransfer::finish() {
   const NoiseModel model = in.provisional(line, pedestal, clipping);
   SYMRIG_TRY(found.linearity, test_linearity(in.frames(), model));
   if (!found.linearity.linear()) SYMRIG_CHECK(in.recover(model, found));
+  if (found.linearity.linear()) SYMRIG_CHECK(in.dark_codes.check());
   if (line.rises()) {
     found.sensor = in.sensor_of(line, pedestal, clipping);
     found.sensor->nonlinearity = found.linearity.worst;
+    found.sensor->clipping_seen = found.clipping_seen;
   } else if (found.linearity.linear()) {
     return wrong(ErrorCode::bad_value, "the noise of the frames does not grow with their light",
                  "take raw frames, not processed ones");

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/sensor.hpp"
 
+#include "hdr/clipping.hpp"
 #include "hdr/sensor_parts.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -60,6 +62,22 @@ void find_unresponsive(const std::vector<double>& light, const std::vector<doubl
     if (std::abs(light[i] - local[i]) > kUnresponsive * std::max(local[i], 1.0)) defects[i] = 1;
 }
 
+/// Where a tenth of the pixels seem to be defects, it is the light or the sensor that is of another kind.
+Result<void> check_defects(std::span<const std::uint8_t> defects) {
+  constexpr double kMost = 0.1;
+  const double share = static_cast<double>(std::count_if(defects.begin(), defects.end(),
+                                                         [](std::uint8_t d) { return d != 0; })) /
+                       static_cast<double>(defects.size());
+  if (share <= kMost) return {};
+  return bad_frames(
+      ErrorCode::bad_value,
+      fmt::format(
+          "{:.0f} % of the pixels respond unlike their neighbours: the flat frames are not smooth, or the "
+          "sensor has colour filters in a pattern other than 2 x 2",
+          100 * share),
+      "light the sensor evenly, without structure; give the codes of one colour of another pattern");
+}
+
 /// The variation of sensitivity between pixels: Var[light / local] minus the part from temporal noise.
 double prnu_of(const std::vector<double>& light, const std::vector<double>& local,
                std::span<const std::uint8_t> defects, const hdr::TransferLine& line, std::size_t frames,
@@ -84,17 +102,17 @@ void add_pairs(const std::vector<Codes>& level, std::span<const std::uint8_t> de
     hdr::add_transfer_points(level[k], level[k + 1], defects, grid, pedestal, saturation, points);
 }
 
-/// The lowest code at which a bright level clips: its codes have no more spread than dark ones, although
-/// light makes noise. The largest code if no level clips.
-int clipping_code(const SensorFrames& frames, double dark_noise) {
-  const int largest = (1 << frames.bits) - 1;
-  int clipped = largest;
+/// The lowest code at which a bright level clips, or a part of it. Codes of a whole level that clips have no
+/// more spread than dark ones, although light makes noise. nullopt: none clips.
+std::optional<int> clipping_seen(const SensorFrames& frames, double dark_noise) {
+  const double dim = 0.25 * ((1 << frames.bits) - 1);
+  std::optional<int> clipped;
   for (const auto& level : frames.flat) {
     std::vector<double> codes(level.front().begin(), level.front().end());
     const double spread = robust_sigma(codes);
-    const double middle = median(codes);
-    if (middle > 0.25 * largest && spread <= kPiledUp * std::max(dark_noise, 0.5))
-      clipped = std::min(clipped, static_cast<int>(middle));
+    auto code = hdr::clipping_of_flat(level.front(), dark_noise);
+    if (spread <= kPiledUp * std::max(dark_noise, 0.5)) code = static_cast<int>(median(codes));
+    if (code && *code > dim) clipped = std::min(clipped.value_or(*code), *code);
   }
   return clipped;
 }
@@ -111,6 +129,9 @@ std::string Sensor::to_string() const {
 
 Result<Sensor> measure_sensor(const SensorFrames& frames) {
   SYMRIG_CHECK(check(frames));
+  hdr::DarkCodes dark_codes;
+  for (const Codes& codes : frames.dark) dark_codes.add(codes);
+  SYMRIG_CHECK(dark_codes.check());
   Sensor sensor;
   sensor.defects = Image<std::uint8_t>(frames.grid);
   const auto defects = sensor.defects.values();
@@ -118,12 +139,17 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   hdr::find_hot(dark, frames.dark.size(), defects);
   const double pedestal = hdr::mean_of(dark.mean, defects);
   std::vector<double> noises = dark.variance;
-  const int clipping = clipping_code(frames, std::sqrt(median(noises)));
+  const auto seen = clipping_seen(frames, std::sqrt(median(noises)));
+  const int clipping = seen.value_or((1 << frames.bits) - 1);
+  sensor.clipping_seen = seen.has_value();
   const std::vector<Codes>* brightest = nullptr;
   double most = 0;
   for (const auto& level : frames.flat) {
-    const double mean = hdr::mean_of(hdr::moments(level).mean, defects);
-    if (mean <= most || mean >= pedestal + 0.75 * (clipping - pedestal)) continue;
+    const std::vector<double> codes = hdr::moments(level).mean;
+    const double mean = hdr::mean_of(codes, defects);
+    // Colours differ: the brightest one must not clip either.
+    const double bright = quantile(std::vector(codes), 0.98), range = clipping - pedestal;
+    if (mean <= most || mean >= pedestal + 0.75 * range || bright >= pedestal + 0.9 * range) continue;
     most = mean;
     brightest = &level;
   }
@@ -133,9 +159,10 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
         fmt::format("no flat level is between the dark level {:.0f} DN and saturation", pedestal),
         "take flat frames at a tenth to two thirds of the range");
   const std::vector<double> light = light_of(*brightest, dark.mean);
-  std::vector<double> local = hdr::smooth(light, defects, frames.grid);
+  std::vector<double> local = hdr::smooth_by_colour(light, defects, frames.grid);
   find_unresponsive(light, local, defects);
-  local = hdr::smooth(light, defects, frames.grid);
+  SYMRIG_CHECK(check_defects(defects));
+  local = hdr::smooth_by_colour(light, defects, frames.grid);
   std::vector<hdr::TransferPoint> points;
   add_pairs(frames.dark, defects, frames.grid, pedestal, clipping, points);
   const std::size_t dark_points = points.size();

@@ -97,7 +97,9 @@ Result<void> save_sensor(const fs::path& path, const Sensor& sensor) {
   text += fmt::format("gain = {}  # DN/e-\ngain_sigma = {}  # relative\n", noise.gain(), sensor.gain_sigma);
   text += fmt::format("read_noise = {}  # e- rms\nread_noise_sigma = {}  # relative\n", noise.read_noise(),
                       sensor.read_noise_sigma);
-  text += fmt::format("clipping = {}  # DN: the code that light piles up at\n", noise.clipping_code());
+  text += fmt::format("clipping = {}  # DN: {}\n", noise.clipping_code(),
+                      sensor.clipping_seen ? "the code that light piles up at"
+                                           : "the largest code; assumed, as no frame saturated");
   text += fmt::format("prnu = {}  # rms, relative, 0: not measured\ndsnu = {}  # rms, DN\n", sensor.prnu,
                       sensor.dsnu);
   text += fmt::format("nonlinearity = {}  # share of full scale, 0: not tested\n", sensor.nonlinearity);

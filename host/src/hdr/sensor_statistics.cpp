@@ -84,6 +84,34 @@ std::vector<double> smooth(std::span<const double> image, std::span<const std::u
   return result;
 }
 
+std::vector<double> smooth_by_colour(std::span<const double> image, std::span<const std::uint8_t> left_out,
+                                     Grid grid) {
+  constexpr double kAlike = 0.02;
+  std::vector<std::vector<double>> smoothed;
+  double least = 1e300, most = -1e300;
+  for (int place = 0; place < 4; ++place) {
+    std::vector<std::uint8_t> others(left_out.begin(), left_out.end());
+    double sum = 0, count = 0;
+    for (int y = 0; y < grid.rows; ++y)
+      for (int x = 0; x < grid.cols; ++x) {
+        const std::size_t i = index(grid, y, x);
+        if (y % 2 * 2 + x % 2 != place)
+          others[i] = 1;
+        else if (left_out[i] == 0)
+          sum += image[i], count += 1;
+      }
+    least = std::min(least, sum / std::max(count, 1.0));
+    most = std::max(most, sum / std::max(count, 1.0));
+    smoothed.push_back(smooth(image, others, grid));
+  }
+  if (most - least <= kAlike * most) return smooth(image, left_out, grid);
+  std::vector<double> result(image.size());
+  for (int y = 0; y < grid.rows; ++y)
+    for (int x = 0; x < grid.cols; ++x)
+      result[index(grid, y, x)] = smoothed[y % 2 * 2 + x % 2][index(grid, y, x)];
+  return result;
+}
+
 TransferPoint transfer_point(std::span<const double> a, std::span<const double> b) {
   const auto mean = [](std::span<const double> values) {
     double sum = 0;

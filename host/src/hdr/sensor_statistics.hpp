@@ -20,6 +20,11 @@ PixelMoments moments(std::span<const Codes> frames);
 /// Mean over a window of 17 × 17 pixels without the flagged ones: the value under smooth light.
 std::vector<double> smooth(std::span<const double> image, std::span<const std::uint8_t> left_out, Grid grid);
 
+/// The same for the pixels of each colour of a 2 × 2 mosaic alone, if the means of the four places differ by
+/// more than 2 %. Otherwise one window for all.
+std::vector<double> smooth_by_colour(std::span<const double> image, std::span<const std::uint8_t> left_out,
+                                     Grid grid);
+
 /// One tile of a photon transfer curve.
 struct TransferPoint {
   double mean = 0;      ///< code − pedestal

@@ -4,6 +4,7 @@
 
 #include "simulated_sensor.hpp"
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -21,6 +22,7 @@ struct World {
   NoiseModel noise = NoiseModel::from_electrons({});
   double prnu = 0, dsnu = 0;  // relative, DN
   double flicker = 0;         // relative, from frame to frame
+  std::array<double, 4> mosaic{1, 1, 1, 1};
   std::vector<double> gains, offsets;
   std::vector<std::size_t> hot, dead;
   test::Random random{7};
@@ -30,6 +32,7 @@ struct World {
       gains.push_back(1 + prnu * random.normal());
       offsets.push_back(dsnu * random.normal());
     }
+    for (std::size_t i = 0; i < kPixels; ++i) gains[i] *= mosaic[i / 128 % 2 * 2 + i % 2];
     for (const std::size_t i : dead) gains[i] = 0.02;
     for (const std::size_t i : hot) offsets[i] = 400;
   }
@@ -131,6 +134,69 @@ TEST(Sensor, AWhiteLevelBelowTheLargestCodeIsFound) {
   ASSERT_TRUE(sensor.ok()) << sensor.error().line();
   // The full well clips electrons before read noise is added: the pile is a few codes wide.
   EXPECT_LE(sensor->noise.saturation_code(), 3600 + 3);
+  EXPECT_TRUE(sensor->clipping_seen);
+}
+
+// Light falls off by a fifth to the corners, so only the middle of the brightest level clips.
+TEST(Sensor, AFlatThatClipsInPartTellsTheWhiteLevelToo) {
+  for (const int clip : {3600, 4095}) {
+    World world;
+    world.noise = NoiseModel::from_electrons({.full_well = 20'000, .bits = 12}).clipped_at(clip);
+    world.make_pixels();
+    std::vector<double> levels = kLevels;
+    levels.push_back(1.06);
+    const auto sensor = measure_sensor(take(world, 4, 2, levels).frames());
+    ASSERT_TRUE(sensor.ok()) << sensor.error().line();
+    EXPECT_TRUE(sensor->clipping_seen) << clip;
+    EXPECT_NEAR(sensor->noise.clipping_code(), clip, 3);
+    EXPECT_NEAR(sensor->noise.gain() / world.noise.gain(), 1, 0.03);
+    const auto unseen = measure_sensor(take(world, 4, 2, kLevels).frames());
+    ASSERT_TRUE(unseen.ok());
+    EXPECT_FALSE(unseen->clipping_seen);
+    EXPECT_EQ(unseen->noise.clipping_code(), 4095);
+  }
+}
+
+// The flats of a sensor with colour filters: red and blue see half of what green sees.
+TEST(Sensor, AMosaicHasNoMoreDefectsThanAGreySensor) {
+  World world;
+  world.prnu = 0.01;
+  world.mosaic = {0.55, 1, 1, 0.4};
+  world.hot = {5, 777, 9000};
+  world.dead = {40, 1234};
+  world.make_pixels();
+  const auto sensor = measure_sensor(take(world, 16, 8, kLevels).frames());
+  ASSERT_TRUE(sensor.ok()) << sensor.error().line();
+  EXPECT_NEAR(sensor->noise.gain() / world.noise.gain(), 1, 0.03);
+  EXPECT_NEAR(sensor->noise.read_noise() / world.noise.read_noise(), 1, 0.05);
+  EXPECT_NEAR(sensor->prnu, 0.01, 0.001);
+  EXPECT_EQ(std::count(sensor->defects.values().begin(), sensor->defects.values().end(), 1), 5);
+}
+
+TEST(Sensor, FlatsWithStructureAreRefused) {
+  World world;
+  world.make_pixels();
+  for (std::size_t i = 0; i < kPixels; ++i)
+    if (i / 128 % 3 == 0) world.gains[i] = 0.2;
+  const auto sensor = measure_sensor(take(world, 4, 2, kLevels).frames());
+  ASSERT_FALSE(sensor.ok());
+  EXPECT_NE(sensor.error().what.find("respond unlike their neighbours"), std::string::npos)
+      << sensor.error().line();
+}
+
+// The read noise is 6 e- = 1.2 DN.
+TEST(Sensor, ABlackLevelThatIsCutAtZeroIsRefused) {
+  for (const double pedestal : {0.0, 1.0, 4.0, 64.0}) {
+    World world;
+    world.noise = NoiseModel::from_electrons({.pedestal = pedestal});
+    world.make_pixels();
+    const auto sensor = measure_sensor(take(world, 4, 2, kLevels).frames());
+    EXPECT_EQ(sensor.ok(), pedestal >= 4) << pedestal;
+    if (sensor.ok())
+      EXPECT_NEAR(sensor->noise.read_noise() / 6, 1, 0.05);
+    else
+      EXPECT_NE(sensor.error().what.find("cut at code 0"), std::string::npos) << sensor.error().line();
+  }
 }
 
 TEST(Sensor, SaysWhatIsWrongWithTheFrames) {

@@ -20,7 +20,8 @@ struct Sensor {
   double read_noise_sigma = 0;  ///< relative error of noise.read_noise(), one sigma
   double prnu = 0;  ///< rms of the pixels' sensitivities, relative to their neighbours'; 0: not measured
   double dsnu = 0;  ///< rms of the pixels' dark levels [DN]
-  double nonlinearity = 0;  ///< largest departure from a straight line, share of full scale; 0: not tested
+  double nonlinearity = 0;     ///< largest departure from a straight line, share of full scale; 0: not tested
+  bool clipping_seen = false;  ///< frames clip; else noise.clipping_code() is assumed to be the largest code
   Image<std::uint8_t> defects;  ///< 1 = hot, dead, stuck or noisy; empty: not measured
 
   std::string to_string() const;
@@ -42,11 +43,11 @@ struct SensorFrames {
 ///   Var[code] = Σ (a − b/q − mean)² / ((n − 1)(1 + 1/q)),   q = Σb / Σa (flicker),
 /// against the mean code minus the pedestal is a straight line (NoiseModel::VarianceLine), fitted with
 /// weights 1 / Var[Var] = n / (2 Var²), iterated. Dark frames are its point at 0. Defects are found first and
-/// not used. If flat frames clip below the largest code, the model's full well becomes lower. error: gain
-/// √(2/n) · 1.5, read noise √(1/(2 n_dark)) + gain's, n: samples of differences (frames_needed()). fails:
-/// bad_argument (fewer than two dark frames or two of a level, bits), size_mismatch, bad_value (no level
-/// between dark and saturation; or the variance does not grow with light, because the frames are processed
-/// and not raw).
+/// not used. Flat frames that clip, or parts of them, tell the clipping code; else it is assumed to be the
+/// largest. error: gain √(2/n) · 1.5, read noise √(1/(2 n_dark)) + gain's, n: samples of differences
+/// (frames_needed()). fails: bad_argument (fewer than two dark frames or two of a level, bits),
+/// size_mismatch, bad_value (no level between dark and saturation; or the variance does not grow with light,
+/// because the frames are processed and not raw).
 Result<Sensor> measure_sensor(const SensorFrames& frames);
 
 /// The number of frames for given relative errors (one sigma) of gain and read noise: pairs of one flat
