@@ -84,5 +84,22 @@ TEST(MegaEdges, a_word_moves_all_outputs_in_one_cycle) {
   EXPECT_EQ(seen.back(), 0);
 }
 
+/// The end of a run is 150 us after its last edge, which is less than a round of the main loop.
+TEST(MegaEdges, the_last_edge_comes_before_the_end_of_the_run) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure(std::vector<LineConfig>{{.line = "aux0", .capture = true}}));
+  for (int k = 0; k < 40; ++k) {
+    ProgramBuilder builder(board->info());
+    const auto program = builder.set("aux0", true).hold(5ms + k * 61us).set("aux0", false).end();
+    ASSERT_OK(program);
+    const auto receipt = board->run(*program, 1s);
+    ASSERT_OK(receipt);
+    EXPECT_EQ(receipt->edges.size(), 2U) << "run " << k;
+  }
+}
+
 }  // namespace
 }  // namespace symrig::test::mega_edges_test

@@ -83,7 +83,7 @@ TEST(MegaFarTimes, a_wait_does_not_end_on_an_edge_of_half_an_hour_ago) {
   mega.set_input(kVsync, true);
   mega.run(kMillisecond);
   mega.set_input(kVsync, false);
-  mega.run(kMillisecond);
+  mega.run(500 * kMillisecond);
   mega.skip_time(static_cast<std::uint32_t>(kLap / EmulatedMega::kStep - 1));
   auto board = ready_board(mega, wait);
   ASSERT_OK(board);

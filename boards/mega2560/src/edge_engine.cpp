@@ -14,7 +14,7 @@ constexpr uint16_t kFar = 0x7000;               // ticks that the alarm waits at
 constexpr uint16_t kSoon = 16;                  // the shortest alarm
 constexpr hal::Tick kFarAway = 1UL << 30U;      // a start that is later than this waits in 64 bits
 constexpr uint16_t kSetting = 8;                // ticks that setting the alarm takes
-constexpr uint16_t kStart = kLead + 4 * kSoon;  // from start() to the first word of a start that is due now
+constexpr uint16_t kStart = kLead + 6 * kSoon;  // from start() to the first word of a start that is due now
 
 }  // namespace
 
@@ -45,6 +45,7 @@ void MegaEngine::close() {
 Tick MegaEngine::start(Tick tick) {
   const Tick soonest = clock_.now() + kStart;
   const Tick begin = tick < soonest ? soonest : tick;
+  const bool far = begin - soonest > kFarAway;
   const IrqLock lock;
   underrun_ = false;
   waiting_ = false;
@@ -57,7 +58,7 @@ Tick MegaEngine::start(Tick tick) {
     stop_safe();
   } else {
     playing_ = true;
-    far_ = starts_far_away();
+    far_ = far;
     set_alarm();
   }
   return begin;
@@ -179,7 +180,17 @@ void MegaEngine::play(const Slot& slot) {
 void MegaEngine::run_dry() {
   playing_ = false;
   underrun_ = !closed_;
-  if (underrun_) stop_safe();
+  if (underrun_) return stop_safe();
+  log_end_ = log_.added();
+  log_read_ = false;
+}
+
+/// A run ends only after its last edges have been taken from the log: events are in order of time, and limits
+/// need them.
+bool MegaEngine::idle() const {
+  if (playing_) return false;
+  if (!log_read_) log_read_ = log_.taken_until(log_end_);
+  return log_read_;
 }
 
 void MegaEngine::begin_wait(const Slot& wait) {
@@ -212,12 +223,6 @@ void MegaEngine::end_wait(ShortTick tick, bool timed_out) {
   outcomes_put_ = static_cast<uint8_t>(outcomes_put_ + 1);
 }
 
-void MegaEngine::age_edges() {
-  for (Recent& recent : recent_)
-    for (uint8_t& life : recent.life)
-      if (life != 0) --life;
-}
-
 void MegaEngine::awaited_edge(ShortTick tick, uint8_t input, bool level) {
   if (!ends_wait(tick, input, level)) return;
   end_wait(tick, false);
@@ -232,6 +237,7 @@ void MegaEngine::trip(uint8_t lines) {
 /// Keeps the outcomes of waits, which the firmware still has to read.
 void MegaEngine::stop() {
   playing_ = false;
+  log_read_ = true;
   waiting_ = false;
   taken_ = put_;
 }

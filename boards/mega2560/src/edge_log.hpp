@@ -20,6 +20,10 @@ class EdgeLog final : public hal::Capture {
   uint32_t take_chatter() override;
   void watch(uint32_t lines) override;
 
+  /// How many edges were added, modulo 256.
+  uint8_t added() const { return put_; }
+  /// True if as many as added() was then have been taken. At most kRoom can be missing.
+  bool taken_until(uint8_t added) const { return static_cast<uint8_t>(added - taken_ - 1) >= kRoom; }
   /// Inputs that chattered are taken again. Call it with interrupts off.
   void take_all_inputs() { gate_.open(); }
   /// Call it with interrupts off.
