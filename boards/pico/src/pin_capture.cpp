@@ -64,7 +64,12 @@ void PinCapture::watch(uint32_t wanted) {
   for (uint32_t index = 0; index < Stampers::kCount; ++index)
     stampers_.show(index, ((wanted >> (kFirstStampedLine + index)) & 1U) != 0);
   const IrqLock lock;
-  for (uint32_t group = 0; group < kGroups; ++group) watch_flags_[group] = flags[group];
+  for (uint32_t group = 0; group < kGroups; ++group) {
+    // The chip keeps edges from unwatched times. They would come now, with the wrong time.
+    const uint32_t already = watch_flags_[group] | (group == kInputGroup ? trip_flags_ : 0);
+    reg(io::intr(group)) = flags[group] & ~already;
+    watch_flags_[group] = flags[group];
+  }
   enable_interrupts(true);
 }
 

@@ -99,3 +99,15 @@ test('waits that time out do so on time, also if an interrupt puts their alarm i
   const { min, max } = statistics(rises.slice(1).map((cycle, i) => cycle - rises[i] - word - 3 * timeout));
   assert.ok(min >= 0 && max < 3 * 4000, `${min} to ${max} cycles after three time-outs`);
 });
+
+test('edges from before a line was watched are not told, with any time', { skip }, () => {
+  const rig = new PicoRig();
+  rig.configure(outputs);
+  for (const levels of [0xfff, 0, 0xfff, 0]) rig.client.must({ manual_set: { mask: 0xfff, levels } });
+  rig.configure(outputs.map((line) => ({ ...line, capture: true })));
+  rig.client.run(5);
+  assert.deepEqual(rig.client.events.filter((event) => event.event === 'edge'), []);
+  rig.client.must({ manual_set: { mask: 0xfff, levels: 0xfff } });
+  rig.client.run(5);
+  assert.equal(rig.client.events.filter((event) => event.event === 'edge').length, 12);
+});
