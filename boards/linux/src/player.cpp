@@ -15,6 +15,7 @@ namespace symrig::board_linux {
 namespace {
 
 constexpr std::size_t kEdgesAtOnce = 256;
+constexpr int kReadsARound = 4;  // 1,024 edges: what the kernel keeps of a request
 
 }  // namespace
 
@@ -151,9 +152,11 @@ void Player::await_due() const {
   }
 }
 
+/// As many edges as the kernel keeps, and no more: an input that chatters always has one more. The rest
+/// follows in the next round, after the words that are due.
 void Player::read_edges() {
   std::size_t count = edges_.size();
-  while (count == edges_.size()) {
+  for (int left = kReadsARound; left > 0 && count == edges_.size(); --left) {
     bool lost = false;
     count = gpio_.read_edges(edges_, lost);
     if (count > 0 || lost) take_edges(count, lost);

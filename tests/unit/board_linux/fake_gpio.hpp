@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include <sys/eventfd.h>
@@ -45,6 +46,11 @@ class FakeGpio final : public Gpio {
     lost = lost_;
     lost_ = false;
     std::size_t taken = 0;
+    if (storm_ && edges_.empty()) {
+      for (; taken < out.size(); ++taken) out[taken] = {storm_tick_++, *storm_, storm_tick_ % 2 == 0};
+      wake();
+      return taken;
+    }
     for (; taken < out.size() && !edges_.empty(); edges_.pop_front()) out[taken++] = edges_.front();
     return taken;
   }
@@ -65,6 +71,14 @@ class FakeGpio final : public Gpio {
       const std::scoped_lock lock(mutex_);
       inputs_ = level ? inputs_ | 1U << line : inputs_ & ~(1U << line);
       lost_ = true;
+    }
+    wake();
+  }
+  /// From now on this input changes faster than anyone can read. No value: it stops.
+  void storm(std::optional<std::uint8_t> line) {
+    {
+      const std::scoped_lock lock(mutex_);
+      storm_ = line;
     }
     wake();
   }
@@ -95,6 +109,8 @@ class FakeGpio final : public Gpio {
   std::uint32_t inputs_ = 0;
   bool lost_ = false;
   bool broken_ = false;
+  std::optional<std::uint8_t> storm_;
+  hal::Tick storm_tick_ = 1;
 };
 
 }  // namespace symrig::board_linux::test

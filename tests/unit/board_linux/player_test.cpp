@@ -123,6 +123,27 @@ TEST_F(PlayerTest, ATripNeedsNoHelp) {
   EXPECT_TRUE(player_.idle());
 }
 
+/// An input chatters: there is always one more edge to read. Words, trips and the end of the run come all the
+/// same.
+TEST_F(PlayerTest, AStormOfEdgesStopsNothing) {
+  constexpr std::uint8_t kOther = kInput + 1;
+  gpio_.storm(kOther);
+  player_.push({1, kLong});
+  player_.push({2, kLong});
+  player_.close();
+  player_.start(0);
+  const bool ended = ends();
+  player_.set_trips(1U << kInput, 1U << kInput);
+  gpio_.edge({monotonic_now(), kInput, true});
+  const bool tripped = comes_true([&] { return player_.tripped() != 0; });
+  gpio_.storm(std::nullopt);
+  EXPECT_TRUE(ended);
+  EXPECT_EQ(player_.played(), 2U);
+  EXPECT_TRUE(tripped);
+  EXPECT_EQ(gpio_.outputs(), kSafe);
+  EXPECT_TRUE(capture_.take_overflow()) << "edges that found no room are told";
+}
+
 /// The edge itself was lost, but that one was is known: levels are read again.
 TEST_F(PlayerTest, ALostEdgeTripsAndIsTold) {
   player_.set_trips(1U << kInput, 1U << kInput);
