@@ -113,7 +113,7 @@ struct EmulatedMega::Impl {
 
   /// simavr 1.6 stores what is written to EIFR. The chip clears the flags that are written as ones (data
   /// sheet 15.2.4).
-  void clear_flags_by_ones() { avr_register_io_write(avr, kEifr, clear_flags, nullptr); }
+  void clear_flags_by_ones() const { avr_register_io_write(avr, kEifr, clear_flags, nullptr); }
   static void clear_flags(avr_t* avr, avr_io_addr_t /*at*/, std::uint8_t ones, void* /*none*/) {
     for (unsigned k = 0; k < avr->interrupts.vector_count; ++k) {
       avr_int_vector_t* vector = avr->interrupts.vector[k];
@@ -123,13 +123,13 @@ struct EmulatedMega::Impl {
   }
 
   /// What the maker writes once: the serial number in the last eight bytes of the EEPROM.
-  void write_serial() {
+  void write_serial() const {
     std::array<std::uint8_t, 8> serial{'m', 'e', 'g', 'a', '0', '0', '0', '1'};
     avr_eeprom_desc_t place{serial.data(), 4088, 8};
     avr_ioctl(avr, AVR_IOCTL_EEPROM_SET, &place);
   }
 
-  void paint() {
+  void paint() const {
     for (unsigned at = variables_end + 32; at <= avr->ramend; ++at) avr->data[at] = kPaint;
   }
 

@@ -189,7 +189,7 @@ TEST(MegaSafety, the_watchdog_restarts_a_board_whose_clock_stands_still) {
   EmulatedMega mega;
   ASSERT_OK(lit_board(mega));
   mega.stop_clock();
-  mega.run(16'000 * 320);  // an overflow of the clock, and the watchdog's 250 ms
+  mega.run(std::uint64_t{16'000} * 320);  // an overflow of the clock, and the watchdog's 250 ms
   EXPECT_FALSE(mega.output(kAux0));
   auto board = Board::connect(mega.link());
   ASSERT_OK(board);

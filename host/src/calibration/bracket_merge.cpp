@@ -5,6 +5,7 @@
 #include "symrig/hdr/merge_stream.hpp"
 #include "symrig/hdr/response_merge.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -131,9 +132,10 @@ int saturation_of(const SensorPhotographs& photographs, const SensorFindings& ca
 /// Says which share of the values is saturated even in the shortest exposure. They have no light to tell.
 void warn_of_burnt(std::span<const Frame> frames, int saturation, MergedBracket& merged) {
   constexpr double kTold = 1e-3;
-  const Frame& shortest = *std::ranges::min_element(frames, {}, &Frame::exposure);
-  const auto burnt = static_cast<double>(
-      std::ranges::count_if(shortest.raw, [&](std::uint16_t code) { return code >= saturation; }));
+  const Frame& shortest = *std::min_element(
+      frames.begin(), frames.end(), [](const Frame& a, const Frame& b) { return a.exposure < b.exposure; });
+  const auto burnt = static_cast<double>(std::count_if(
+      shortest.raw.begin(), shortest.raw.end(), [&](std::uint16_t code) { return code >= saturation; }));
   const double share = burnt / static_cast<double>(shortest.raw.size());
   if (share > kTold)
     merged.warnings.push_back(

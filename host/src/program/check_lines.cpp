@@ -162,7 +162,7 @@ class LineCheck {
           fmt::format("line '{}' switches a lamp or laser, by its name or its use, and has no "
                       "limit on its time on",
                       name),
-          fmt::format("[rig.lines.{}] with role = \"lamp\" and max_on; or hazard = \"benign\"", name));
+          fmt::format(R"([rig.lines.{}] with role = "lamp" and max_on; or hazard = "benign")", name));
     }
   }
 

@@ -80,6 +80,7 @@ TEST_P(Paged, holds_what_a_vector_holds) {
 TEST_P(Paged, a_copy_has_no_room_for_more) {
   const PagedVector<int> all(kMany);
   const std::int64_t before = MemoryScope::scratch_bytes();
+  // The copy is what is tested. NOLINTNEXTLINE(performance-unnecessary-copy-initialization)
   const PagedVector<int> copy = all;
   EXPECT_EQ(MemoryScope::scratch_bytes() - before,
             GetParam() ? static_cast<std::int64_t>(kMany * sizeof(int)) : 0);

@@ -251,7 +251,7 @@ TEST(Receipt, lists_are_bounded_and_counts_stand_for_the_rest) {
 
 TEST(Receipt, what_is_none_is_refused) {
   for (const char* text :
-       {"", "{}", "[]", "{\"format\":\"symrig-receipt\"}", "{\"format\":\"symrig-receipt\",\"version\":2}"})
+       {"", "{}", "[]", R"({"format":"symrig-receipt"})", R"({"format":"symrig-receipt","version":2})"})
     EXPECT_FALSE(read_receipt(text).ok()) << text;
   std::string text = receipt_json(ran(kScan));
   text.replace(text.find(R"("captured":{"count")"), 10, R"("recaptured")");

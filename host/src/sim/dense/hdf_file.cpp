@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace symrig::sim {
 namespace {
 
@@ -64,7 +66,7 @@ Result<DataSet> matrix_in(hid_t file) {
   for (const std::string& name : names)
     if (const std::string kind = kind_of_group(file, name.c_str());
         !kind.empty() && name != "#refs#" && (group.empty() || name == "T"))
-      group = name + " " + kind;
+      group = fmt::format("{} {}", name, kind);
   for (const std::string& name : names)
     if (auto one = data_set(file, name.c_str()); one && one->numeric && is_matrix_shape(one->shape))
       found.push_back(*std::move(one));
