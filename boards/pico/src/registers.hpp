@@ -147,8 +147,9 @@ namespace usb {
 constexpr uint32_t ram = 0x50100000;
 constexpr uint32_t base = 0x50110000;
 constexpr uint32_t addr_endp = base, main_ctrl = base + 0x40, frame = base + 0x48, sie_ctrl = base + 0x4c,
-                   sie_status = base + 0x50, buff_status = base + 0x58, ep_stall_arm = base + 0x68,
-                   muxing = base + 0x74, power = base + 0x78, inte = base + 0x90, ints = base + 0x98;
+                   sie_status = base + 0x50, buff_status = base + 0x58, ep_abort = base + 0x60,
+                   ep_abort_done = base + 0x64, ep_stall_arm = base + 0x68, muxing = base + 0x74,
+                   power = base + 0x78, inte = base + 0x90, ints = base + 0x98;
 }  // namespace usb
 
 namespace sio {

@@ -91,7 +91,8 @@ bool UsbDevice::endpoint_feature(uint8_t request, uint16_t index) {
   }
   if (endpoint == 0 || endpoint >= kEndpoints || (request != 1 && request != 3)) return false;
   toggle_[endpoint][out ? 1 : 0] = false;
-  usb::buffer_control(endpoint, out) = request == 3 ? usb::kStall : 0;
+  take_back(usb::buff_status_bit(endpoint, out));
+  if (request == 3) usb::buffer_control(endpoint, out) = usb::kStall;
   if (request == 1 && endpoint == desc::kWire && out) listening_ = false, listen();
   if (request == 1 && endpoint == desc::kWire && !out) sending_ = false, send_wire();
   if (request == 1 && endpoint == desc::kConsole && out) arm(desc::kConsole, true, kPacket);

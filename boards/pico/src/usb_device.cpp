@@ -132,11 +132,11 @@ void UsbDevice::bus_reset() {
 /// answer the next one.
 void UsbDevice::forget_control() {
   constexpr uint32_t kIn = usb::buff_status_bit(0, false);
-  const uint32_t done = reg(usb::buff_status) & (kIn | usb::buff_status_bit(0, true));
+  constexpr uint32_t kBoth = kIn | usb::buff_status_bit(0, true);
+  take_back(kBoth);
+  const uint32_t done = reg(usb::buff_status) & kBoth;
   reg(usb::buff_status) = done;
   if ((done & kIn) != 0) use_new_address();
-  usb::buffer_control(0, false) = 0;
-  usb::buffer_control(0, true) = 0;
   stage_ = Stage::none;
   address_new_ = false;
 }
@@ -169,11 +169,12 @@ void UsbDevice::configure(uint8_t value) {
   forget_to_ = from_host_.mark();
   forget_ = true;
   to_host_.clear();
+  constexpr uint32_t kOfEndpoint0 = 3;
+  take_back(((1U << (2 * kEndpoints)) - 1) & ~kOfEndpoint0);
   for (uint32_t endpoint = 1; endpoint < kEndpoints; ++endpoint) {
     for (uint32_t side = 0; side < 2; ++side) {
       const bool out = side == 1;
       toggle_[endpoint][out ? 1 : 0] = false;
-      usb::buffer_control(endpoint, out) = 0;
       const uint32_t type = endpoint == desc::kNotice ? 3U : 2U;
       const bool used = value != 0 && !(endpoint == desc::kNotice && out);
       usb::endpoint_control(endpoint, out) =
@@ -196,6 +197,26 @@ SYMRIG_RAM void UsbDevice::arm(uint32_t endpoint, bool out, uint32_t size) {
   usb::buffer_control(endpoint, out) = word;
   asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
   usb::buffer_control(endpoint, out) = word | usb::kAvailable;
+}
+
+/// Takes buffers from the controller (bits as buff_status_bit()). It may be in the middle of a packet with
+/// one of them. So it is asked first, and answers when it has ended the packet. It may not answer on chips
+/// before B2 (RP2040-E2): after the time of a packet its buffers are taken anyway.
+SYMRIG_RAM void UsbDevice::take_back(uint32_t buffers) {
+  constexpr uint32_t kPacketTime = 60;  // us: 64 bytes with their frame, 12 Mbit/s
+  uint32_t owned = 0;
+  for (uint32_t bit = 0; bit < 2 * kEndpoints; ++bit) {
+    const bool available = (usb::buffer_control(bit / 2, bit % 2 != 0) & usb::kAvailable) != 0;
+    if (((buffers >> bit) & 1U) != 0 && available) owned |= 1U << bit;
+  }
+  const uint32_t begin = reg(timer::raw_low);
+  reg(usb::ep_abort + kSet) = owned;
+  while ((reg(usb::ep_abort_done) & owned) != owned && reg(timer::raw_low) - begin <= kPacketTime) {
+  }
+  for (uint32_t bit = 0; bit < 2 * kEndpoints; ++bit)
+    if (((buffers >> bit) & 1U) != 0) usb::buffer_control(bit / 2, bit % 2 != 0) = 0;
+  reg(usb::ep_abort + kClear) = owned;
+  reg(usb::ep_abort_done) = owned;
 }
 
 SYMRIG_RAM void UsbDevice::buffers_done(uint32_t done) {

@@ -76,6 +76,7 @@ class UsbDevice final : public hal::ByteLink {
   void control_out_done();
   // The other endpoints.
   void arm(uint32_t endpoint, bool out, uint32_t size);
+  void take_back(uint32_t buffers);
   void buffers_done(uint32_t done);
   bool frame_ends() const;
   void frame_begins();

@@ -103,11 +103,23 @@ void refuse() {
   buffer_control(0, true) = kStall;
 }
 
+/// Takes the buffers of all endpoints but 0 from the controller.
+void take_back() {
+  constexpr u32 kAll = 0x3fc;
+  reg(kUsb + 0x60) = kAll;  // EP_ABORT
+  while ((reg(kUsb + 0x64) & kAll) != kAll) {
+  }
+  for (u32 endpoint = 1; endpoint < 5; ++endpoint)
+    for (u32 out = 0; out < 2; ++out) buffer_control(endpoint, out != 0) = 0;
+  reg(kUsb + 0x60) = 0;
+  reg(kUsb + 0x64) = kAll;
+}
+
 void configure(bool on) {
+  take_back();
   for (u32 endpoint = 1; endpoint < 5; ++endpoint) {
     for (u32 out = 0; out < 2; ++out) {
       toggle[endpoint][out] = false;
-      buffer_control(endpoint, out != 0) = 0;
       const u32 type = endpoint == 2 ? 3 : 2;
       const u32 two = endpoint == kSink ? 1U << 30 : 0;
       const bool used = on && !(endpoint == 2 && out) && !(endpoint == kSink && !out);

@@ -216,8 +216,17 @@ export class UsbController {
     const before = this.last.get(offset) ?? 0;
     this.last.set(offset, value);
     this.checkHandover(key, before, value);
+    this.checkOwner(key, before, value);
     if (value & RESET_SELECT) this.select.set(key, 0);
     if (value & (AVAILABLE | STALL | (AVAILABLE << 16))) this.onChange(key);
+  }
+
+  /** The controller may be using an AVAILABLE buffer; EP_ABORT asks it to stop, EP_ABORT_DONE tells when it has. */
+  checkOwner(key, before, value) {
+    const bit = 1 << (2 * (key & 15) + (key & IN ? 0 : 1));
+    const asked = (this.usb.epAbort & this.usb.epAbortDone & bit) !== 0;
+    const changed = [0, 16].some((shift) => before & (AVAILABLE << shift) && ((before ^ value) >>> shift) & 0xffff);
+    if (changed && !asked) this.lint(`endpoint ${key & 15} ${key & IN ? 'IN' : 'OUT'}: changed while the controller has it`);
   }
 
   /**
