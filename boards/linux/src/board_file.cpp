@@ -56,6 +56,9 @@ class Keys {
       fail(fmt::format("{}: '{}' is {}, not within {} to {}", place_, key, value, low, high), "");
     return value;
   }
+  void fail_value(std::string_view key, std::string_view value, std::string_view legal) {
+    fail(fmt::format("{}: '{}' is '{}'", place_, key, value), fmt::format("legal values: {}", legal));
+  }
   void fail(std::string what, std::string hint) {
     if (!error_) error_ = Error{ErrorCode::bad_format, std::move(what), std::move(hint)};
   }
@@ -137,10 +140,11 @@ class Reader {
   }
 
   void realtime(Keys& keys) {
-    constexpr std::array<std::string_view, 3> kKnown{"priority", "lock_memory", "lateness_us"};
+    constexpr std::array<std::string_view, 4> kKnown{"priority", "awake", "lock_memory", "lateness_us"};
     keys.only(kKnown);
     file_.priority = static_cast<int>(keys.number("priority", file_.priority, 0, 98));
     file_.lateness_us = static_cast<std::uint32_t>(keys.number("lateness_us", 0, 0, 100'000));
+    keys.read("awake", file_.awake, "true or false");
     keys.read("lock_memory", file_.lock_memory, "true or false");
   }
 
@@ -167,17 +171,28 @@ class Reader {
       static const toml::table kNone;
       const toml::table* found = node.as_table();
       Keys keys(found != nullptr ? *found : kNone, fmt::format("{}: [[{}]]", source_, kind), error_);
-      constexpr std::array<std::string_view, 3> kKnown{"name", "gpio", "pin"};
-      keys.only(kKnown);
+      constexpr std::array<std::string_view, 4> kKnown{"name", "gpio", "pin", "bias"};
+      keys.only(std::span(kKnown).first(output ? 3 : 4));
       BoardLine line;
       line.output = output;
       keys.text("name", line.name, kLineName);
       line.gpio = line.name;
       keys.text("gpio", line.gpio, 63);
       keys.text("pin", line.pin, kPinName);
+      bias(keys, line.bias);
       if (line.name.empty()) keys.fail(fmt::format("{}: [[{}]] without a name", source_, kind), "add a name");
       file_.lines.push_back(line);
     }
+  }
+
+  static void bias(Keys& keys, Bias& out) {
+    constexpr std::array<std::string_view, 4> kNames{"as-is", "up", "down", "off"};
+    std::string name(kNames[0]);
+    keys.text("bias", name, 8);
+    const auto found = std::find(kNames.begin(), kNames.end(), name);
+    if (found == kNames.end())
+      return keys.fail_value("bias", name, fmt::format("{}", fmt::join(kNames, ", ")));
+    out = static_cast<Bias>(found - kNames.begin());
   }
 
   void check_lines(Keys& keys) {
@@ -208,9 +223,9 @@ BoardFile default_board() {
   BoardFile board;
   for (const char* name :
        {"projector_trigger", "camera_trigger", "lamp_enable", "laser_enable", "aux0", "aux1"})
-    board.lines.push_back({name, name, "", true});
+    board.lines.push_back({name, name, "", true, Bias::as_is});
   for (const char* name : {"vsync", "camera_strobe", "camera_strobe_b", "interlock", "in_a", "in_b"})
-    board.lines.push_back({name, name, "", false});
+    board.lines.push_back({name, name, "", false, Bias::as_is});
   board.links.unix_socket = board.run_folder / "board.sock";
   return board;
 }

@@ -11,12 +11,16 @@
 
 namespace symrig::board_linux {
 
+/// The resistor inside the chip that holds an input while nothing drives it.
+enum class Bias : std::uint8_t { as_is, up, down, off };
+
 /// A line of the board and its GPIO line.
 struct BoardLine {
   std::string name;  ///< on the wire: "camera_trigger"
   std::string gpio;  ///< the kernel's name (gpioinfo): "GPIO17"
   std::string pin;   ///< for people, such as "header 11"; empty: the GPIO line's name
   bool output = false;
+  Bias bias = Bias::as_is;  ///< of an input; as_is: as the chip, its driver or the boot loader left it
 };
 
 /// The links to the host. Empty: link not offered.
@@ -36,7 +40,10 @@ struct BoardFile {
   std::string led;               ///< brightness file of a kernel LED; empty: none
   std::vector<BoardLine> lines;  ///< outputs first
   BoardLinks links;
-  int priority = 50;  ///< SCHED_FIFO priority of the player; the main loop has one less. 0: ordinary
+  /// SCHED_FIFO priority of the player; the main loop has one less. 0: ordinary. Above 50, which a kernel
+  /// with PREEMPT_RT gives to the interrupts of all devices.
+  int priority = 80;
+  bool awake = true;  ///< keeps the processors out of sleep states that take long to leave
   bool lock_memory = true;
   std::uint32_t lateness_us = 0;  ///< allowed lateness of a word; later words are counted. 0: as measured
   std::filesystem::path state_folder = "/var/lib/symrig";  ///< for data that survive power-off

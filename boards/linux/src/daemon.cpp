@@ -155,15 +155,13 @@ hal::Tick Daemon::next_work() const {
 
 /// true: the daemon should end.
 bool Daemon::wait_for_work(int stop) {
-  alarm_.set(next_work());
-  fds_.clear();
+  fds_.assign(1, {});  // the alarm's
   fds_.push_back({stop, POLLIN, 0});
   fds_.push_back({player_->attention_fd(), POLLIN, 0});
-  fds_.push_back({alarm_.fd(), POLLIN, 0});
   links_.watch(fds_);
-  ::poll(fds_.data(), fds_.size(), -1);
-  if (fds_[1].revents != 0) player_->quiet_attention();
-  return fds_[0].revents != 0;
+  alarm_.wait(next_work(), fds_);
+  if (fds_[2].revents != 0) player_->quiet_attention();
+  return fds_[1].revents != 0;
 }
 
 Result<void> Daemon::check_player() const {

@@ -145,7 +145,8 @@ Result<std::unique_ptr<KernelGpio>> take_lines(const std::vector<BoardLine>& lin
   ByChip inputs;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     SYMRIG_TRY(const Place place, directory.find(lines[k]));
-    (lines[k].output ? outputs : inputs)[place.chip].push_back({place.offset, static_cast<std::uint8_t>(k)});
+    (lines[k].output ? outputs : inputs)[place.chip].push_back(
+        {place.offset, static_cast<std::uint8_t>(k), lines[k].bias});
   }
   SYMRIG_TRY(auto taken_outputs, take(outputs, lines, true, levels));
   SYMRIG_TRY(auto taken_inputs, take(inputs, lines, false, levels));

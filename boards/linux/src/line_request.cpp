@@ -3,6 +3,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include <linux/gpio.h>
 #include <sys/ioctl.h>
@@ -41,10 +42,32 @@ Result<LineRequest> request_outputs(int chip, const std::vector<ChipLine>& lines
   return ask(chip, lines, request);
 }
 
+namespace {
+
+/// One attribute for each kind of bias that a line asks for: it replaces the flags of these lines.
+void add_biases(const std::vector<ChipLine>& lines, gpio_v2_line_config& config) {
+  constexpr std::pair<Bias, std::uint64_t> kFlags[] = {{Bias::up, GPIO_V2_LINE_FLAG_BIAS_PULL_UP},
+                                                       {Bias::down, GPIO_V2_LINE_FLAG_BIAS_PULL_DOWN},
+                                                       {Bias::off, GPIO_V2_LINE_FLAG_BIAS_DISABLED}};
+  for (const auto& [bias, flag] : kFlags) {
+    std::uint64_t mask = 0;
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      if (lines[k].bias == bias) mask |= std::uint64_t{1} << k;
+    if (mask == 0) continue;
+    gpio_v2_line_config_attribute& one = config.attrs[config.num_attrs++];
+    one.mask = mask;
+    one.attr.id = GPIO_V2_LINE_ATTR_ID_FLAGS;
+    one.attr.flags = config.flags | flag;
+  }
+}
+
+}  // namespace
+
 Result<LineRequest> request_inputs(int chip, const std::vector<ChipLine>& lines) {
   gpio_v2_line_request request{};
   request.config.flags =
       GPIO_V2_LINE_FLAG_INPUT | GPIO_V2_LINE_FLAG_EDGE_RISING | GPIO_V2_LINE_FLAG_EDGE_FALLING;
+  add_biases(lines, request.config);
   request.event_buffer_size = kEdgesKept;
   return ask(chip, lines, request);
 }

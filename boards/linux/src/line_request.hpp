@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "board_file.hpp"
 #include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 
@@ -14,6 +15,7 @@ namespace symrig::board_linux {
 struct ChipLine {
   std::uint32_t offset = 0;
   std::uint8_t line = 0;
+  Bias bias = Bias::as_is;  ///< of an input
 };
 
 /// Lines of one chip, requested together (GPIO character device, version 2: linux/gpio.h). Version 2 numbers
@@ -29,8 +31,8 @@ struct LineRequest {
 /// Outputs at `levels` (the board's word) from the first moment.
 /// fails: io, with errno's text.
 Result<LineRequest> request_outputs(int chip, const std::vector<ChipLine>& lines, std::uint32_t levels);
-/// Inputs with both edges, stamped with CLOCK_MONOTONIC.
-/// fails: io.
+/// Inputs with their bias and both edges, stamped with CLOCK_MONOTONIC.
+/// fails: io, with errno's text.
 Result<LineRequest> request_inputs(int chip, const std::vector<ChipLine>& lines);
 
 }  // namespace symrig::board_linux

@@ -87,10 +87,21 @@ std::filesystem::path measured_path(const BoardFile& file) {
   return file.state_folder / "measured";
 }
 
+/// Asks for what makes this computer punctual. What it does not get goes to the journal.
+Fd become_punctual(const BoardFile& file) {
+  if (file.lock_memory)
+    if (const std::string slow = lock_memory(); !slow.empty()) log_line(slow);
+  if (!file.awake) return {};
+  auto awake = stay_awake();
+  if (awake) return std::move(awake).value();
+  log_line(awake.error().line());
+  return {};
+}
+
 Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
   const std::uint32_t levels = kept_safe_levels(file);
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
-  if (file.lock_memory) lock_memory();
+  const Fd awake = become_punctual(file);
   const Measured measured = measure(*gpio, levels, seconds * kWakesASecond, file.priority);
   Result<void> kept = save_measured(measured_path(file), measured);
   SYMRIG_CHECK(write_standard_output(measured_text(measured, abilities_of(measured, file))));
@@ -102,8 +113,7 @@ Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
 Result<void> serve(const BoardFile& file) {
   const Fd stop = open_stop_signals();
   SYMRIG_TRY(auto id, unique_id(file));
-  if (file.lock_memory)
-    if (const std::string slow = lock_memory(); !slow.empty()) log_line(slow);
+  const Fd awake = become_punctual(file);
   const std::uint32_t levels = kept_safe_levels(file);
   SYMRIG_TRY(auto gpio, take_lines(file.lines, levels));
   const Measured measured =

@@ -37,8 +37,8 @@ void wait_for(int fd) {
 
 /// Sleeps, then watches the clock until `tick`. Returns the last clock reading.
 hal::Tick sleep_to(const Alarm& alarm, hal::Tick tick, hal::Tick spin) {
-  alarm.set(tick - spin);
-  wait_for(alarm.fd());
+  pollfd own{};
+  alarm.wait(tick - spin, {&own, 1});
   hal::Tick now = monotonic_now();
   while (now < tick) now = monotonic_now();
   return now;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 #include <future>
+#include <span>
 #include <utility>
 
 #include <poll.h>
@@ -122,13 +123,11 @@ void Player::run() {
 
 /// Sleeps until `tick`, an edge, or a nudge.
 void Player::sleep_until(hal::Tick tick) {
-  alarm_.set(tick);
   std::array<pollfd, 2 + 32> fds{};
-  std::size_t count = 0;
-  fds.at(count++) = {alarm_.fd(), POLLIN, 0};
+  std::size_t count = 1;  // the first is the alarm's
   fds.at(count++) = {nudge_.fd(), POLLIN, 0};
   for (const int fd : edge_fds_) fds.at(count++) = {fd, POLLIN, 0};
-  ::poll(fds.data(), count, -1);
+  alarm_.wait(tick, std::span(fds).first(count));
   if (fds[1].revents != 0) nudge_.quiet();
   constexpr short kGone = POLLERR | POLLHUP | POLLNVAL;
   for (std::size_t k = 2; k < count; ++k)

@@ -2,11 +2,14 @@
 #include "realtime.hpp"
 
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 namespace symrig::board_linux {
 
@@ -25,6 +28,16 @@ std::string run_first(int priority) {
   if (error == 0) return {};
   return fmt::format("no real-time priority ({}); give the service LimitRTPRIO={} or CAP_SYS_NICE",
                      std::strerror(error), priority);
+}
+
+Result<Fd> stay_awake() {
+  constexpr const char* kPath = "/dev/cpu_dma_latency";
+  constexpr std::int32_t kMicroseconds = 0;
+  Fd file(::open(kPath, O_WRONLY | O_CLOEXEC));
+  if (file && ::write(file.get(), &kMicroseconds, sizeof kMicroseconds) == sizeof kMicroseconds) return file;
+  return Error{ErrorCode::device_refused,
+               fmt::format("the processors may sleep deeply ({}: {})", kPath, std::strerror(errno)),
+               "give the service this device (62-symrig-gpio.rules, DeviceAllow=)"};
 }
 
 std::string lock_memory() {

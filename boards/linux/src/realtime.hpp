@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/fd.hpp"
+#include "symrig/base/result.hpp"
+
 #include <mutex>
 #include <string>
 
@@ -27,6 +30,9 @@ using PriorityLock = std::scoped_lock<PriorityMutex>;
 
 /// Gives the calling thread SCHED_FIFO. Returns an empty text, or the obstacle and how to remove it.
 std::string run_first(int priority);
+/// Keeps all processors out of sleep states that take longer than a microsecond to leave, until the
+/// descriptor is closed (Linux: PM QoS, /dev/cpu_dma_latency). fails: device_refused, with the obstacle.
+Result<Fd> stay_awake();
 /// Locks all memory of the process in RAM. Returns an empty text, or the obstacle and how to remove it.
 std::string lock_memory();
 

@@ -14,13 +14,25 @@ namespace symrig::board_linux {
 
 Alarm::Alarm() : fd_(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {}
 
+namespace {
+
+timespec to_timespec(hal::Tick time) {
+  return {static_cast<time_t>(time / kTickHz), static_cast<long>(time % kTickHz)};
+}
+
+}  // namespace
+
+void Alarm::wait(hal::Tick tick, std::span<pollfd> fds) const {
+  set(tick);
+  fds[0] = {fd_.get(), POLLIN, 0};
+  const hal::Tick now = monotonic_now();
+  const timespec left = to_timespec(tick > now ? tick - now : 0);
+  ::ppoll(fds.data(), fds.size(), tick == hal::kNever ? nullptr : &left, nullptr);
+}
+
 void Alarm::set(hal::Tick tick) const {
   itimerspec spec{};
-  if (tick != hal::kNever) {
-    const hal::Tick at = std::max<hal::Tick>(tick, 1);  // 0 would disarm it
-    spec.it_value.tv_sec = static_cast<time_t>(at / kTickHz);
-    spec.it_value.tv_nsec = static_cast<long>(at % kTickHz);
-  }
+  if (tick != hal::kNever) spec.it_value = to_timespec(std::max<hal::Tick>(tick, 1));  // 0 would disarm it
   ::timerfd_settime(fd_.get(), TFD_TIMER_ABSTIME, &spec, nullptr);
 }
 

@@ -4,19 +4,31 @@
 #include "symrig/base/fd.hpp"
 #include "symrig/hal/types.hpp"
 
+#include <span>
+
+#include <poll.h>
+
 namespace symrig::board_linux {
 
-/// Readable from an absolute moment of CLOCK_MONOTONIC on. An absolute time is not delayed by events between
-/// reading the clock and going to sleep. Unlike poll(), it has no timer slack.
+/// Sleeps until an absolute moment of CLOCK_MONOTONIC. Two timers end the sleep, because each is late where
+/// the other is not:
+/// - A timer descriptor has an absolute time, which events between reading the clock and going to sleep do
+/// not
+///   delay, and no slack for threads of ordinary priority. But with PREEMPT_RT a thread of low priority makes
+///   it readable.
+/// - The timeout of ppoll(): with PREEMPT_RT the timer's interrupt itself wakes a thread with real-time
+/// priority.
 class Alarm {
  public:
   Alarm();
-  int fd() const { return fd_.get(); }
   bool ok() const { return static_cast<bool>(fd_); }
-  /// kNever: never. A past moment: at once.
-  void set(hal::Tick tick) const;
+  /// Sleeps until `tick` or until one of `fds` is ready, and fills in their `revents`. The first place of
+  /// `fds` is the alarm's own. kNever: no moment. A past moment: returns at once.
+  void wait(hal::Tick tick, std::span<pollfd> fds) const;
 
  private:
+  void set(hal::Tick tick) const;
+
   Fd fd_;
 };
 

@@ -40,6 +40,26 @@ TEST(BoardLines, TellWhoHoldsThem) {
   for (std::size_t k = 12; k < 16; ++k) EXPECT_FALSE(lines[k].used) << lines[k].name;
 }
 
+/// The chip's own resistor holds an input that nothing drives.
+TEST(BoardLines, InputsHaveTheirBias) {
+  const GpioChip chip;
+  const auto input = [](const std::string& name, const std::string& rest) {
+    return "[[input]]\nname = \"" + name + "\"\n" + rest;
+  };
+  chip.pull("interlock", false);
+  chip.pull("in_a", true);
+  chip.pull("in_b", true);
+  {
+    const DaemonProcess daemon("", "[[output]]\nname = \"aux0\"\n" + input("interlock", "bias = \"up\"\n") +
+                                       input("in_a", "bias = \"down\"\n") + input("in_b", ""));
+    ASSERT_NE(daemon.log().find("serves"), std::string::npos) << daemon.log();
+    EXPECT_TRUE(chip.value("interlock"));
+    EXPECT_FALSE(chip.value("in_a"));
+    EXPECT_TRUE(chip.value("in_b"));
+  }
+  for (const char* line : {"interlock", "in_a", "in_b"}) chip.pull(line, false);
+}
+
 /// Another program has a line: the daemon names the line and that program.
 TEST(BoardLines, ALineInUseIsRefusedWithItsUser) {
   DaemonProcess first;

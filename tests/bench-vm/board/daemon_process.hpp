@@ -25,14 +25,16 @@ namespace symrig::bench {
 /// symrigd on the guest's simulated GPIO chip. Its folders are in memory.
 class DaemonProcess {
  public:
-  /// links: the keys under [link] of its board.toml.
-  explicit DaemonProcess(const std::string& links = "") : folder_("/run/symrig-test") {
+  /// links: the keys under [link] of its board.toml. lines: its tables of lines.
+  explicit DaemonProcess(const std::string& links = "", const std::string& lines = "")
+      : folder_("/run/symrig-test") {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     const std::string link = links.empty() ? "unix = \"" + socket() + "\"\n" : links;
     std::ofstream(folder_ + "/board.toml")
         << "[link]\n"
-        << link << "[folder]\nstate = \"" << folder_ << "\"\nrun = \"" << folder_ << "\"\n";
+        << link << "[folder]\nstate = \"" << folder_ << "\"\nrun = \"" << folder_ << "\"\n"
+        << lines;
     once("--version");  // loads the program into memory, which can take 15 minutes in virtual time
     start();
   }

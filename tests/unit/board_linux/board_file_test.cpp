@@ -33,6 +33,15 @@ gpio = "GPIO17"
 pin = "header 11"
 [[input]]
 name = "vsync"
+[[input]]
+name = "interlock"
+bias = "up"
+[[input]]
+name = "in_a"
+bias = "down"
+[[input]]
+name = "in_b"
+bias = "off"
 [link]
 usb = "/dev/ffs-symrig"
 tcp = "127.0.0.1:7700"
@@ -40,6 +49,7 @@ serial = "/dev/ttyS0"
 baud = 921600
 [realtime]
 priority = 0
+awake = false
 lock_memory = false
 lateness_us = 500
 [folder]
@@ -53,10 +63,15 @@ run = "/tmp/run"
   EXPECT_TRUE(file->lines.at(0).output);
   EXPECT_EQ(file->lines.at(1).gpio, "vsync") << "the GPIO line's name is the board's, unless told";
   EXPECT_FALSE(file->lines.at(1).output);
+  EXPECT_EQ(file->lines.at(1).bias, Bias::as_is);
+  EXPECT_EQ(file->lines.at(2).bias, Bias::up);
+  EXPECT_EQ(file->lines.at(3).bias, Bias::down);
+  EXPECT_EQ(file->lines.at(4).bias, Bias::off);
   EXPECT_EQ(file->links.tcp_host, "127.0.0.1");
   EXPECT_EQ(file->links.tcp_port, 7700);
   EXPECT_TRUE(file->links.unix_socket.empty()) << "what is not named is not offered";
   EXPECT_EQ(file->priority, 0);
+  EXPECT_FALSE(file->awake);
   EXPECT_EQ(file->lateness_us, 500U);
   const auto id = unique_id(*file);
   ASSERT_OK(id);
@@ -90,6 +105,9 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[link]\ntcp = \"a:0\"", "not ADDRESS:PORT"}, Wrong{"[link]\nbaud = 5", "not within 1200 to"},
         Wrong{"[realtime]\npriority = 99", "not within 0 to 98"}, Wrong{"output = 3", "write [[output]]"},
         Wrong{"[[output]]\npin = \"1\"", "without a name"}, Wrong{"[[input]]\nname = \"a\"", "0 outputs"},
+        Wrong{"[[output]]\nname = \"a\"\n[[input]]\nname = \"b\"\nbias = \"pull-up\"",
+              "'bias' is 'pull-up'; legal values: as-is, up, down, off"},
+        Wrong{"[[output]]\nname = \"a\"\nbias = \"up\"", "unknown key 'bias'"},
         Wrong{"[[output]]\nname = \"a\"\n[[input]]\nname = \"a\"", "two lines are called 'a'"},
         Wrong{"[[output]]\nname = \"a\"\ngpio = \"x\"\n[[input]]\nname = \"b\"\ngpio = \"x\"",
               "'x' appears twice"}));
