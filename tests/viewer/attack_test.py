@@ -52,6 +52,14 @@ class Server:
     def works(self):
         return self.get(f"/{self.secret}/") == 200
 
+    def works_on(self, link):
+        """Asks on a connection that stays open."""
+        link.sendall(f"HEAD /{self.secret}/ HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        reply = b""
+        while not reply.endswith(b"\r\n\r\n") and (more := link.recv(4096)):
+            reply += more
+        return reply.startswith(b"HTTP/1.1 200 ")
+
     def peak(self):
         status = pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii")
         return 1024 * int(next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1])
@@ -114,20 +122,21 @@ def survives_odd_requests(server):
 
 
 def survives_many_connections(server):
-    """Idle ones, and some that send half a request: the page still answers, at once."""
+    """Idle ones, and some that send half a request: the page still answers, at once, and on the connection that it has."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(max(soft, CONNECTIONS + 100), hard), hard))
     links = []
+    page = server.connect()
     for k in range(CONNECTIONS):
         links.append(server.connect())
         if k % 2:
             with contextlib.suppress(OSError):
                 links[-1].sendall(b"GET / HT")
         if k % 100 == 0:
-            assert server.works(), k
+            assert server.works() and server.works_on(page), k
     open_files = len(os.listdir(f"/proc/{server.process.pid}/fd"))
-    assert server.works()
-    for link in links:
+    assert server.works() and server.works_on(page)
+    for link in [page, *links]:
         link.close()
     assert open_files < 64 + 32, open_files
     return open_files

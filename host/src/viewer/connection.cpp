@@ -16,6 +16,11 @@ constexpr std::size_t kBufferBytes = std::size_t{64} * 1024;  // a head and the 
 /// A request must be complete, and a reply taken, within this time. An idle connection ends after it too.
 constexpr auto kPatience = std::chrono::seconds(20);
 
+/// Closes the one that has waited longest, if another has no room.
+void make_room(std::list<std::shared_ptr<Connection>>& list) {
+  if (list.size() >= Connections::kMost) list.front()->close();
+}
+
 std::string_view view(beast::string_view text) {
   return {text.data(), text.size()};
 }
@@ -34,18 +39,27 @@ std::optional<ViewReply> reply_to(Failure failure) {
 }  // namespace
 
 Connection::Connection(Socket socket, Service& service, Connections& all)
-    : stream_(std::move(socket)), service_(service), all_(all), place_(all.end()), buffer_(kBufferBytes) {}
+    : stream_(std::move(socket)), service_(service), all_(all), buffer_(kBufferBytes) {}
 
 void Connection::start() {
-  place_ = all_.insert(all_.end(), shared_from_this());
+  list_ = &all_.strangers;
+  make_room(*list_);
+  place_ = list_->insert(list_->end(), shared_from_this());
   read();
+}
+
+/// The last of those that have waited.
+void Connection::become_known() {
+  if (list_ == nullptr) return;
+  if (list_ != &all_.known) make_room(all_.known);
+  all_.known.splice(all_.known.end(), *std::exchange(list_, &all_.known), place_);
 }
 
 void Connection::close() {
   Failure ignored;
   stream_.socket().close(ignored);
   // The list may hold the last reference to this object.
-  if (place_ != all_.end()) all_.erase(std::exchange(place_, all_.end()));
+  if (list_ != nullptr) std::exchange(list_, nullptr)->erase(place_);
 }
 
 void Connection::read() {
@@ -62,13 +76,14 @@ void Connection::read() {
 void Connection::take_head(Failure failure) {
   if (failure) return give_up(failure);
   if (auto refusal = service_.refused(request())) return write(*std::move(refusal), false);
+  become_known();
   http::async_read(stream_, buffer_, *parser_,
                    [self = shared_from_this()](Failure later, std::size_t) { self->take_body(later); });
 }
 
 void Connection::take_body(Failure failure) {
   if (failure) return give_up(failure);
-  if (place_ != all_.end()) all_.splice(all_.end(), all_, place_);
+  become_known();
   write(service_.answer(request()), parser_->get().keep_alive());
 }
 

@@ -18,9 +18,15 @@ using Socket = boost::asio::ip::tcp::socket;
 using Failure = boost::system::error_code;
 
 class Connection;
-/// All open connections. The first has waited longest for its last complete request. The server closes it
-/// when there are too many, so idle connections cannot keep the page out.
-using Connections = std::list<std::shared_ptr<Connection>>;
+/// Open connections in two lists. A new one is a stranger until a request of it shows the secret. In each
+/// list the first has waited longest, and it is closed when there are too many. So strangers push out only
+/// each other: they cost memory, but never a page its connection.
+struct Connections {
+  static constexpr std::size_t kMost = 32;  ///< of a list
+
+  std::list<std::shared_ptr<Connection>> strangers;
+  std::list<std::shared_ptr<Connection>> known;
+};
 
 /// One connection: reads a request, writes the reply, and so on. All of it runs on one thread.
 class Connection : public std::enable_shared_from_this<Connection> {
@@ -32,6 +38,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void close();
 
  private:
+  void become_known();
   void read();
   void take_head(Failure failure);
   void take_body(Failure failure);
@@ -42,7 +49,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   boost::beast::tcp_stream stream_;
   Service& service_;
   Connections& all_;
-  Connections::iterator place_;
+  std::list<std::shared_ptr<Connection>>* list_ = nullptr;  // none: it has ended
+  std::list<std::shared_ptr<Connection>>::iterator place_;
   boost::beast::flat_buffer buffer_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::string_body>> parser_;
   boost::beast::http::response<boost::beast::http::string_body> reply_;

@@ -17,7 +17,6 @@ namespace {
 namespace asio = boost::asio;
 using viewer::Failure, viewer::Socket;
 
-constexpr std::size_t kMaxConnections = 64;
 constexpr auto kAskEvery = std::chrono::milliseconds(100);
 
 /// 128 random bits of the system, as 32 hexadecimal digits.
@@ -61,7 +60,8 @@ class ViewServer::Listener {
     }
     Failure ignored;
     acceptor_.close(ignored);
-    while (!connections_.empty()) connections_.front()->close();
+    for (auto* list : {&connections_.strangers, &connections_.known})
+      while (!list->empty()) list->front()->close();
     context_.restart();
     context_.run();
   }
@@ -78,7 +78,6 @@ class ViewServer::Listener {
   void take(Socket socket) {
     Failure ignored;
     socket.set_option(asio::ip::tcp::no_delay(true), ignored);
-    if (connections_.size() >= kMaxConnections) connections_.front()->close();
     std::make_shared<viewer::Connection>(std::move(socket), *service_, connections_)->start();
   }
 
