@@ -172,9 +172,9 @@ void SocketTransport::answer_guests() {
     const ssize_t got = ::recv(guest.fd.get(), piece.data(), piece.size(), 0);
     if (got < 0 && again(errno)) return monotonic_now() - guest.since > kGuestPatience;
     if (got <= 0) return true;
-    const auto answer = guest.busy.take(std::span(piece).first(got));
-    if (answer.empty()) return false;
-    ::send(guest.fd.get(), answer.data(), answer.size(), MSG_NOSIGNAL);
+    const protocol::ByteView answer = guest.busy.take({piece.data(), static_cast<std::size_t>(got)});
+    if (answer.size == 0) return false;
+    ::send(guest.fd.get(), answer.data, answer.size, MSG_NOSIGNAL);
     return true;
   });
 }

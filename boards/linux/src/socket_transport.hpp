@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "busy_answer.hpp"
 #include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/protocol/busy_answer.hpp"
 #include "transport.hpp"
 
 #include <cstdint>
@@ -33,7 +33,7 @@ class SocketTransport final : public BufferedTransport {
  private:
   struct Guest {
     Fd fd;
-    BusyAnswer busy;
+    protocol::BusyAnswer busy;
     std::uint64_t since = 0;
   };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "transport.hpp"
 
-#include "busy_answer.hpp"
+#include "symrig/protocol/busy_answer.hpp"
 
 #include <algorithm>
 
@@ -25,11 +25,11 @@ void BufferedTransport::write(const std::uint8_t* bytes, std::size_t size) {
 }
 
 void BufferedTransport::turn_away() {
-  BusyAnswer busy;
-  const std::vector<std::uint8_t> answer = busy.take(in_);
+  protocol::BusyAnswer busy;
+  const protocol::ByteView answer = busy.take({in_.data(), in_.size()});
   in_.clear();
   drained();
-  write(answer.data(), answer.size());
+  write(answer.data, answer.size);
 }
 
 }  // namespace symrig::board_linux

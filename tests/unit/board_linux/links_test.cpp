@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "assert_ok.hpp"
-#include "busy_answer.hpp"
 #include "link_switch.hpp"
-#include "symrig/protocol/messages.hpp"
+#include "symrig/protocol/busy_answer.hpp"
 
 #include <string>
 
@@ -24,19 +23,19 @@ std::vector<std::uint8_t> request(std::uint16_t seq, std::uint8_t flags) {
   return wire;
 }
 
-protocol::Frame decoded(protocol::FrameDecoder& decoder, const std::vector<std::uint8_t>& wire) {
-  for (const std::uint8_t byte : wire)
-    if (decoder.push(byte) == protocol::FrameDecoder::Event::frame) return decoder.frame();
+protocol::Frame decoded(protocol::FrameDecoder& decoder, protocol::ByteView wire) {
+  for (std::size_t k = 0; k < wire.size; ++k)
+    if (decoder.push(wire.data[k]) == protocol::FrameDecoder::Event::frame) return decoder.frame();
   ADD_FAILURE() << "no frame";
   return {};
 }
 
 TEST(BusyAnswer, AnswersTheFirstRequestByCode19) {
-  BusyAnswer busy;
+  protocol::BusyAnswer busy;
   const auto bytes = request(41, protocol::flag::sync);
-  EXPECT_TRUE(busy.take(std::span(bytes).first(5)).empty()) << "half a request";
+  EXPECT_EQ(busy.take({bytes.data(), 5}).size, 0U) << "half a request";
   protocol::FrameDecoder decoder;
-  const protocol::Frame frame = decoded(decoder, busy.take(std::span(bytes).subspan(5)));
+  const protocol::Frame frame = decoded(decoder, busy.take({bytes.data() + 5, bytes.size() - 5}));
   EXPECT_EQ(frame.header.kind, Kind::reply);
   EXPECT_EQ(frame.header.ack, 42);
   symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
@@ -45,9 +44,10 @@ TEST(BusyAnswer, AnswersTheFirstRequestByCode19) {
 }
 
 TEST(BusyAnswer, AnUrgentRequestGetsItsTokenBack) {
-  BusyAnswer busy;
+  protocol::BusyAnswer busy;
   protocol::FrameDecoder decoder;
-  const protocol::Frame frame = decoded(decoder, busy.take(request(41, protocol::flag::urgent)));
+  const auto bytes = request(41, protocol::flag::urgent);
+  const protocol::Frame frame = decoded(decoder, busy.take({bytes.data(), bytes.size()}));
   EXPECT_EQ(frame.header.ack, 41);
   EXPECT_EQ(frame.header.flags & protocol::flag::urgent, protocol::flag::urgent);
 }
@@ -117,7 +117,7 @@ TEST_F(Links, AnotherIsToldAndTheFirstIsNotDisturbed) {
   links_->serve(kSecond);
   EXPECT_EQ(links_->holder(), "first");
   protocol::FrameDecoder decoder;
-  EXPECT_EQ(decoded(decoder, second_->sent).header.ack, 8);
+  EXPECT_EQ(decoded(decoder, {second_->sent.data(), second_->sent.size()}).header.ack, 8);
   EXPECT_TRUE(first_->sent.empty());
   EXPECT_EQ(read(), 1U);
 }

@@ -4,6 +4,7 @@
 #include "board/links/links.hpp"
 #include "board/links/listening_place.hpp"
 #include "symrig/base/stopwatch.hpp"
+#include "symrig/protocol/busy_answer.hpp"
 
 #include <array>
 #include <cerrno>
@@ -21,6 +22,12 @@ namespace {
 
 /// Replies that a host has not taken. One that leaves more is sent away.
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20;
+/// 256 kB: all that a socket keeps, so the end of a host that has left is seen before the next one is
+/// answered.
+constexpr int kReadsARound = 64;
+/// Hosts that come while another one uses the board: how many at a time, and how long they may take to ask.
+constexpr std::size_t kGuests = 8;
+constexpr Nanoseconds kGuestTime{1'000'000'000};
 /// A process that did not run for longer lets the board's clock stand still for the rest.
 constexpr Nanoseconds kMostLag{1'000'000'000};
 
@@ -49,10 +56,9 @@ class BoardServer::Serving {
       if (lag > kMostLag) begin -= lag - kMostLag;
       // First the time, then the requests: the board stamps them with the time at which they came.
       follow(watch.elapsed() + begin);
-      if (host_)
-        take_requests();
-      else
-        host_ = place_.accept();
+      if (host_) take_requests();
+      answer_guests();
+      accept();
       follow(watch.elapsed() + begin);
       if (host_) send_replies();
     }
@@ -61,18 +67,39 @@ class BoardServer::Serving {
  private:
   /// Until there is something to read, a millisecond at most.
   void wait() const {
-    pollfd one{host_ ? host_.get() : place_.fd(), POLLIN, 0};
-    ::poll(&one, 1, 1);
+    std::array<pollfd, 2> both{{{place_.fd(), POLLIN, 0}, {host_.get(), POLLIN, 0}}};
+    ::poll(both.data(), host_ ? 2 : 1, 1);
+  }
+
+  /// A host that comes as another leaves may be seen first. So it is a guest for a round, after which it is
+  /// clear whether the other one is still there.
+  void accept() {
+    if (guests_.size() == kGuests) return;
+    if (Fd fd = place_.accept()) guests_.push_back({std::move(fd), {}, Deadline(kGuestTime)});
+  }
+
+  void answer_guests() {
+    if (!host_ && !guests_.empty()) {
+      host_ = std::move(guests_.front().fd);
+      guests_.erase(guests_.begin());
+    }
+    std::erase_if(guests_, [](Guest& guest) {
+      std::array<std::uint8_t, 1024> bytes{};
+      const ssize_t count = ::recv(guest.fd.get(), bytes.data(), bytes.size(), 0);
+      if (count < 0 && (errno == EAGAIN || errno == EINTR)) return guest.deadline.passed();
+      if (count <= 0) return true;
+      const protocol::ByteView answer = guest.busy.take({bytes.data(), static_cast<std::size_t>(count)});
+      if (answer.size > 0) ::send(guest.fd.get(), answer.data, answer.size, MSG_NOSIGNAL);
+      return answer.size > 0;
+    });
   }
 
   void take_requests() {
     std::array<std::uint8_t, 4096> bytes{};
-    const ssize_t count = ::recv(host_.get(), bytes.data(), bytes.size(), 0);
-    if (count > 0) {
-      const auto sent = board_->send(std::span(bytes).first(static_cast<std::size_t>(count)));
-      if (!sent) leave();
-    } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
-      leave();
+    for (int reads = 0; host_ && reads < kReadsARound; ++reads) {
+      const ssize_t count = ::recv(host_.get(), bytes.data(), bytes.size(), 0);
+      if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
+      if (count <= 0 || !board_->send(std::span(bytes).first(static_cast<std::size_t>(count)))) leave();
     }
   }
 
@@ -102,6 +129,12 @@ class BoardServer::Serving {
   board::ListeningPlace place_;
   Fd host_;
   std::vector<std::uint8_t> replies_;
+  struct Guest {
+    Fd fd;
+    protocol::BusyAnswer busy;
+    Deadline deadline;
+  };
+  std::vector<Guest> guests_;
 };
 
 BoardServer::BoardServer(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
