@@ -23,6 +23,14 @@ Error no_socket(const std::string& place) {
           errno == EADDRINUSE ? "remove what is there, or give another place" : "give another place"};
 }
 
+/// The path fits.
+sockaddr_un unix_address(const std::string& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, path.data(), path.size());
+  return address;
+}
+
 template <class Address>
 Result<Fd> bound(const Address& address, int family, const std::string& place) {
   Fd fd(::socket(family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
@@ -35,17 +43,39 @@ Result<Fd> bound(const Address& address, int family, const std::string& place) {
   return fd;
 }
 
+/// Whether the socket is there and nobody listens.
+bool refuses(const std::string& path) {
+  const sockaddr_un address = unix_address(path);
+  const Fd probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how sockets take addresses
+  const int failed = ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address));
+  return failed != 0 && errno == ECONNREFUSED;
+}
+
+/// Removes the socket of a server that was killed: nobody listens there. A server that has just started
+/// listens a moment after its socket appears, so it is asked twice. Any other file stays.
+void remove_left_socket(const std::string& path) {
+  constexpr int kAsked = 2;
+  constexpr useconds_t kStart = 100'000;  // us
+  for (int k = 0; k < kAsked; ++k) {
+    struct stat status {};
+    if (::lstat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return;
+    if (k > 0) ::usleep(kStart);
+    if (!refuses(path)) return;
+  }
+  ::unlink(path.c_str());
+}
+
 }  // namespace
 
 Result<Fd> listen_unix(const std::string& path) {
   const std::string place = "unix:" + path;
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  if (path.empty() || path.size() >= sizeof(address.sun_path))
+  constexpr std::size_t kLongest = sizeof(sockaddr_un::sun_path) - 1;
+  if (path.empty() || path.size() > kLongest)
     return Error{ErrorCode::bad_argument, fmt::format("{}: the path does not fit a socket", place),
-                 fmt::format("use one of 1 to {} bytes", sizeof(address.sun_path) - 1)};
-  std::memcpy(address.sun_path, path.data(), path.size());
-  SYMRIG_TRY(Fd fd, bound(address, AF_UNIX, place));
+                 fmt::format("use one of 1 to {} bytes", kLongest)};
+  remove_left_socket(path);
+  SYMRIG_TRY(Fd fd, bound(unix_address(path), AF_UNIX, place));
   // Nobody can connect before listen().
   if (::chmod(path.c_str(), S_IRUSR | S_IWUSR) == 0 && ::listen(fd.get(), kWaitingHosts) == 0) return fd;
   const Error error = no_socket(place);
