@@ -13,6 +13,7 @@ import socket
 import stat
 import sys
 import tempfile
+import time
 
 from served import Server, free_port, run
 
@@ -33,6 +34,16 @@ def hosts_one_after_the_other(symrig, place, folder):
     # A program with a camera that answers its triggers: the planned edges came, and none is missing.
     program = pathlib.Path(__file__).parents[2] / "examples/programs/by-hand.toml"
     assert "0 missing, 0 unplanned" in run(symrig, "run", program, "--device", place, "-o", f"{folder}/receipt.json").stdout
+
+
+def a_second_host_is_told(symrig, path, place):
+    with socket.socket(socket.AF_UNIX) as first:
+        first.connect(path)
+        time.sleep(0.2)
+        for _ in range(3):
+            told = run(symrig, "info", "--device", place, code=3).stderr
+            assert "in use by another program" in told and told.count("\n") == 1, told
+    run(symrig, "info", "--device", place)
 
 
 def odd_bytes_do_no_harm(symrig, path, place):
@@ -60,14 +71,29 @@ def refusals(symrig, path):
     os.unlink(path)
 
 
+def a_killed_server_leaves_no_obstacle(symrig, path):
+    server = board(symrig, f"unix:{path}")
+    refused = run(symrig, "serve", "sim:", "--listen", f"unix:{path}", code=4).stderr
+    assert "remove what is there" in refused, refused
+    run(symrig, "info", "--device", server.place)
+    server.process.kill()
+    server.process.wait()
+    assert os.path.exists(path)
+    server = board(symrig, f"unix:{path}")
+    run(symrig, "info", "--device", server.place)
+    assert server.end() == 0 and not os.path.exists(path)
+
+
 def main(symrig):
     with tempfile.TemporaryDirectory() as folder:
         path = f"{folder}/board.sock"
         refusals(symrig, path)
+        a_killed_server_leaves_no_obstacle(symrig, path)
         server = board(symrig, f"unix:{path}")
         try:
             assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
             hosts_one_after_the_other(symrig, server.place, folder)
+            a_second_host_is_told(symrig, path, server.place)
             odd_bytes_do_no_harm(symrig, path, server.place)
             assert server.end() == 0 and not os.path.exists(path)
         finally:

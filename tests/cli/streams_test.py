@@ -274,10 +274,17 @@ def mute_board(here):
     assert process.returncode == 3 and b"no answer for 15 s" in err and err.count(b"\n") == 1, (process.returncode, out, err)
 
 
+def silent_board(here):
+    """A server that takes the connection and says nothing."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        done = here.run(["info", "--device", f"virtual:tcp:127.0.0.1:{server.getsockname()[1]}"])
+    assert done.returncode == 3 and b"no answer for 5 s" in done.stderr and done.stderr.count(b"\n") == 1, done
+
+
 def main():
     with tempfile.TemporaryDirectory() as folder:
         here = Here(os.path.abspath(sys.argv[1]), folder)
-        for check in (descriptors, no_file_becomes_a_stream, names, pipes, hang_up, a_log_that_goes_away, memory, mute_board):
+        for check in (descriptors, no_file_becomes_a_stream, names, pipes, hang_up, a_log_that_goes_away, memory, mute_board, silent_board):
             start = time.monotonic()
             check(here)
             print(f"{check.__name__}: {time.monotonic() - start:.1f} s")

@@ -9,6 +9,7 @@ namespace symrig {
 namespace {
 
 using namespace std::chrono_literals;
+constexpr Nanoseconds kHello = 5s;      // for the first answer: whether a board is there at all
 constexpr Nanoseconds kPatience = 15s;  // for an answer that needs no time of the board
 constexpr Nanoseconds kMost = 120s;
 constexpr std::int64_t kSlowness = 300;  // real seconds for one second of an emulated board, at most
@@ -41,7 +42,7 @@ Result<void> VirtualBench::Connection::fill(std::size_t count, Nanoseconds patie
 Result<std::vector<std::uint8_t>> VirtualBench::Connection::ask(char type,
                                                                 std::span<const std::uint8_t> payload,
                                                                 std::size_t least, Nanoseconds board_time) {
-  const Nanoseconds patience = patience_for(board_time);
+  const Nanoseconds patience = type == 'h' ? kHello : patience_for(board_time);
   if (silent_) return silence(patience);
   board::Packer packer;
   packer.put(type).put(static_cast<std::uint32_t>(payload.size()));
