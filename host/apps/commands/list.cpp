@@ -109,6 +109,15 @@ nlohmann::ordered_json to_json(const Row& row) {
           {"error", row.error.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.error)}};
 }
 
+std::string ports_text(const std::vector<DeviceUri>& ports) {
+  std::string text;
+  for (const DeviceUri& port : ports)
+    text +=
+        fmt::format("{}: not asked, because opening it can restart what is there; symrig info --device {}\n",
+                    port.text(), port.text());
+  return text;
+}
+
 Result<void> run(const ListArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(const auto boards, boards_to_ask(arguments.devices));
@@ -118,6 +127,9 @@ Result<void> run(const ListArguments& arguments) {
   const auto cameras = look_at_cameras();
   nlohmann::ordered_json json{{"command", "list"}, {"boards", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) json["boards"].push_back(to_json(row));
+  const auto ports = other_serial_ports();
+  json["serial_ports"] = nlohmann::ordered_json::array();
+  for (const DeviceUri& port : ports) json["serial_ports"].push_back(port.text());
   const auto displays = find_displays();
   json["projectors"] = projectors_json(displays);
   const auto controllers = find_dlp_controllers();
@@ -125,7 +137,7 @@ Result<void> run(const ListArguments& arguments) {
   json["cameras"] = cameras_json(cameras);
   SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
   if (is_standard_output(arguments.json)) return {};
-  return print(table(rows) + projectors_table(displays) + controllers_table(controllers) +
+  return print(table(rows) + ports_text(ports) + projectors_table(displays) + controllers_table(controllers) +
                cameras_summary(cameras));
 }
 
@@ -146,6 +158,7 @@ Job add_list(CLI::App& command) {
           "Searches USB and USB serial ports, and asks each board for its identity. It lists a board that "
           "another program\n"
           "uses, but does not ask it. The simulated board sim: is always listed.\n"
+          "Other USB serial ports, which an Arduino may have, are listed but not opened.\n"
           "Projectors are the connectors of graphics cards, with the modes of the connected displays.\n"
           "Controllers are DLP controllers on USB; symrig info --projector PATH shows everything about one.\n"
           "Cameras are V4L2 and GenICam devices; symrig info --camera PATH shows everything about one.\n"

@@ -69,6 +69,20 @@ TEST(Discovery, serial_ports_of_boards_that_usb_does_not_show) {
   EXPECT_EQ(found[1].product, "symrig trigger board");
 }
 
+TEST(Discovery, serial_ports_of_others_are_named_and_not_boards) {
+  const Scratch scratch;
+  std::ofstream(scratch / "port") << "";
+  const Scratch ports;
+  for (const char* name : {"usb-symrig_trigger_board_E6-if02", "usb-FTDI_Cable_99-if00-port0",
+                           "usb-Arduino__www.arduino.cc__0042_7583-if00"})
+    std::filesystem::create_symlink(scratch / "port", ports / name);
+  const auto others = other_serial_ports(ports.folder());
+  ASSERT_EQ(others.size(), 2U);
+  EXPECT_EQ(others[0].text(), "serial:" + (ports / "usb-Arduino__www.arduino.cc__0042_7583-if00").string());
+  EXPECT_EQ(others[1].place, (ports / "usb-FTDI_Cable_99-if00-port0").string());
+  EXPECT_TRUE(other_serial_ports("/nonexistent").empty());
+}
+
 TEST(Discovery, the_only_board_is_taken_unnamed) {
   const auto uri = choose_board(find({board("E6", "1-2")}), "");
   ASSERT_OK(uri);

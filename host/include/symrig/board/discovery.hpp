@@ -62,6 +62,10 @@ Result<std::vector<FoundBoard>> find_boards(UsbBus& bus,
                                             const std::filesystem::path& serial_ports = "/dev/serial/by-id");
 Result<std::vector<FoundBoard>> find_boards();
 
+/// USB serial ports that may lead to a board of another maker (an Arduino), by name. Nobody can tell without
+/// opening one, which restarts some boards, so find_boards() leaves them out.
+std::vector<DeviceUri> other_serial_ports(const std::filesystem::path& serial_ports = "/dev/serial/by-id");
+
 /// Chooses the board that the user wants. wanted: a DeviceUri, or the beginning of a serial number (in upper
 /// or lower case); empty: the only board. Never picks one of several. fails: device_lost (no board),
 /// unknown_name (no such serial number), bad_argument (several boards match: the message lists them; or a

@@ -28,10 +28,14 @@ bool begins_with(std::string_view text, std::string_view start) {
   return lower(text.substr(0, start.size())) == lower(start);
 }
 
+bool is_ours(const fs::path& port) {
+  return begins_with(port.filename().string(), "usb-symrig");
+}
+
 /// udev's names are usb-MAKER_PRODUCT_SERIAL-ifNN (blanks are underscores) and link to the port.
 std::optional<FoundBoard> found_on_serial(const fs::directory_entry& entry) {
+  if (!is_ours(entry.path())) return std::nullopt;
   std::string name = entry.path().filename().string();
-  if (!begins_with(name, "usb-symrig")) return std::nullopt;
   name = name.substr(0, name.rfind("-if")).substr(4);
   const std::size_t cut = name.rfind('_');
   FoundBoard board{.uri = {.transport = Transport::serial, .place = entry.path().string()},
@@ -72,7 +76,7 @@ std::string list_of(std::span<const FoundBoard> boards) {
 
 Error none_there() {
   return {ErrorCode::device_lost, "no board is connected",
-          "check its cable; symrig list shows the connected boards"};
+          "check its cable; symrig list shows the connected boards, and serial ports that may have one"};
 }
 
 }  // namespace
@@ -109,6 +113,17 @@ Result<std::vector<FoundBoard>> find_boards(UsbBus& bus, const fs::path& serial_
 
 Result<std::vector<FoundBoard>> find_boards() {
   return find_boards(*system_usb_bus());
+}
+
+std::vector<DeviceUri> other_serial_ports(const fs::path& serial_ports) {
+  std::vector<DeviceUri> ports;
+  std::error_code error;
+  for (fs::directory_iterator entry(serial_ports, error), end; !error && entry != end; entry.increment(error))
+    if (!is_ours(entry->path()))
+      ports.push_back({.transport = Transport::serial, .place = entry->path().string()});
+  std::sort(ports.begin(), ports.end(),
+            [](const DeviceUri& a, const DeviceUri& b) { return a.place < b.place; });
+  return ports;
 }
 
 Result<DeviceUri> choose_board(std::span<const FoundBoard> found, std::string_view wanted) {
