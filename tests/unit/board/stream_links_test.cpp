@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numeric>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <fcntl.h>
@@ -86,6 +87,29 @@ TEST(StreamLinks, a_board_on_a_serial_port) {
   const Pty pty;
   ServerThread server([&] { return pty.far; }, serve_board);
   expect_a_board("serial:" + pty.path + "?baud=921600");
+}
+
+/// An Arduino's boot loader: deaf while the chip starts, then it leaves after a second without a byte.
+void boot_then_serve(int fd, const std::atomic<bool>& stop) {
+  std::vector<std::uint8_t> bytes;
+  std::this_thread::sleep_for(300ms);
+  EXPECT_TRUE(read_some(fd, bytes));
+  for (auto heard = std::chrono::steady_clock::now();
+       !stop && std::chrono::steady_clock::now() < heard + 1s;) {
+    EXPECT_TRUE(read_some(fd, bytes));
+    if (!bytes.empty()) heard = std::chrono::steady_clock::now();
+  }
+  serve_board(fd, stop);
+}
+
+TEST(StreamLinks, a_board_that_its_opened_port_restarts) {
+  const Pty pty;
+  ServerThread server([&] { return pty.far; }, boot_then_serve);
+  auto link = open_or_fail("serial:" + pty.path);
+  ASSERT_NE(link, nullptr);
+  const auto board = Board::connect(std::move(link), {.reply_timeout = 200ms, .attempts = 20});
+  ASSERT_OK(board);
+  EXPECT_EQ(board->info().board, "sim");
 }
 
 TEST(StreamLinks, a_serial_port_passes_every_byte_and_echoes_none) {

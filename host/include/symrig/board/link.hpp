@@ -34,6 +34,10 @@ class Link {
   /// When the link was opened, on this machine's clock: now() counts from there. A link in virtual time uses
   /// the clock of that virtual time instead.
   virtual SteadyTime opened() const { return {}; }
+  /// Opening the link may restart the board, which then needs so long. A boot loader that hears bytes
+  /// meanwhile may stay, so the first question is asked once, and the next one after a silence of this
+  /// length.
+  virtual Nanoseconds restart_time() const { return Nanoseconds{0}; }
 };
 
 /// A link to a board in virtual time in this process. Waiting advances the board's clock. The board must

@@ -14,8 +14,8 @@
 
 namespace symrig::board {
 
-/// Raw wire bytes over a descriptor, in real time.
-std::unique_ptr<Link> make_stream_link(Fd fd, std::string name);
+/// Raw wire bytes over a descriptor, in real time. restart_time: Link::restart_time().
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name, Nanoseconds restart_time = Nanoseconds{0});
 
 /// Opens a serial port raw (8N1, no echo, no flow control by characters), for this program only, with DTR and
 /// RTS on. Discards bytes that arrived before. fails: device_lost (missing, no permission, in use),

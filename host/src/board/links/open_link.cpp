@@ -11,10 +11,13 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Nanoseconds kDialPatience = 5s;
+/// An Arduino restarts when its port opens. Its boot loader waits for a second for a new program, then the
+/// board starts.
+constexpr Nanoseconds kSerialRestart = 2s;
 
-Result<std::unique_ptr<Link>> over(Result<Fd> fd, const DeviceUri& uri) {
+Result<std::unique_ptr<Link>> over(Result<Fd> fd, const DeviceUri& uri, Nanoseconds restart_time = {}) {
   if (!fd) return std::move(fd).error();
-  return board::make_stream_link(std::move(fd).value(), uri.text());
+  return board::make_stream_link(std::move(fd).value(), uri.text(), restart_time);
 }
 
 Result<std::unique_ptr<Link>> open_virtual(const DeviceUri& uri) {
@@ -34,7 +37,7 @@ Result<std::unique_ptr<Link>> open_link(const DeviceUri& uri) {
     case Transport::usb:
       return board::open_usb(uri.place);
     case Transport::serial:
-      return over(board::open_serial(uri.place, uri.baud), uri);
+      return over(board::open_serial(uri.place, uri.baud), uri, kSerialRestart);
     case Transport::tcp:
       return over(board::connect_tcp(uri.place, uri.port, kDialPatience), uri);
     case Transport::unix_socket:

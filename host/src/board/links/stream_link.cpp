@@ -14,7 +14,8 @@ constexpr Nanoseconds kSendPatience = 2s;  // a board accepts its bytes within m
 
 class StreamLink final : public Link {
  public:
-  explicit StreamLink(base::ByteStream stream) : stream_(std::move(stream)), opened_(steady_now()) {}
+  StreamLink(base::ByteStream stream, Nanoseconds restart_time)
+      : stream_(std::move(stream)), opened_(steady_now()), restart_time_(restart_time) {}
 
   Result<void> send(std::span<const std::uint8_t> bytes) override {
     return stream_.send(bytes, kSendPatience);
@@ -22,16 +23,17 @@ class StreamLink final : public Link {
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return stream_.receive(timeout); }
   Nanoseconds now() const override { return steady_now() - opened_; }
   SteadyTime opened() const override { return {opened_}; }
+  Nanoseconds restart_time() const override { return restart_time_; }
 
  private:
   base::ByteStream stream_;
-  Nanoseconds opened_;
+  Nanoseconds opened_, restart_time_;
 };
 
 }  // namespace
 
-std::unique_ptr<Link> make_stream_link(Fd fd, std::string name) {
-  return std::make_unique<StreamLink>(base::ByteStream(std::move(fd), std::move(name)));
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name, Nanoseconds restart_time) {
+  return std::make_unique<StreamLink>(base::ByteStream(std::move(fd), std::move(name)), restart_time);
 }
 
 }  // namespace symrig::board

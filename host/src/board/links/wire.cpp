@@ -57,27 +57,33 @@ Result<symrig_wire_Reply> Wire::hello() {
   constexpr std::array<std::uint8_t, 1> kFlush{0};
   SYMRIG_CHECK(link_->send(kFlush));
   hello_ack_ = static_cast<std::uint16_t>(next_seq_ + 1);
-  return ask(request, next_seq_++, flag::sync);
+  const std::uint16_t seq = next_seq_++;
+  if (!std::exchange(asked_, true) && link_->restart_time().count() > 0) {
+    auto first = ask(request, seq, flag::sync, 1);
+    if (first || first.error().code != ErrorCode::device_lost) return first;
+    SYMRIG_CHECK(await([this] { return in_session_; }, link_->restart_time()));
+  }
+  return ask(request, seq, flag::sync, options_.attempts);
 }
 
 Result<symrig_wire_Reply> Wire::request(const symrig_wire_Request& request) {
-  return ask(request, next_seq_++, 0);
+  return ask(request, next_seq_++, 0, options_.attempts);
 }
 
 Result<symrig_wire_Reply> Wire::urgent(const symrig_wire_Request& request) {
   // A number that normal requests do not use now: half the number range away from the next one.
-  return ask(request, static_cast<std::uint16_t>(next_seq_ + 0x8000U), flag::urgent);
+  return ask(request, static_cast<std::uint16_t>(next_seq_ + 0x8000U), flag::urgent, options_.attempts);
 }
 
-Result<symrig_wire_Reply> Wire::ask(const symrig_wire_Request& request, std::uint16_t seq,
-                                    std::uint8_t flags) {
+Result<symrig_wire_Reply> Wire::ask(const symrig_wire_Request& request, std::uint16_t seq, std::uint8_t flags,
+                                    int attempts) {
   protocol::BodyBuffer body;
   const std::size_t size = encode(request, body);
   const bool urgent = flags == flag::urgent;
   const auto wanted = static_cast<std::uint16_t>(urgent ? seq : seq + 1);
   const auto answered = [&] { return reply_ && reply_ack_ == wanted && reply_urgent_ == urgent; };
   bool stranger = false;
-  for (int attempt = 0; attempt < options_.attempts; ++attempt) {
+  for (int attempt = 0; attempt < attempts; ++attempt) {
     reply_.reset();
     nak_ = false;
     SYMRIG_CHECK(send(Kind::request, seq, flags, {body.bytes, size}));
@@ -85,7 +91,7 @@ Result<symrig_wire_Reply> Wire::ask(const symrig_wire_Request& request, std::uin
     if (answered()) return *reply_;
     stranger = stranger || (nak_ && nak_ack_ != seq);
   }
-  return stranger ? restarted() : no_answer(options_.attempts);
+  return stranger ? restarted() : no_answer(attempts);
 }
 
 Result<std::optional<symrig_wire_Reply>> Wire::send_chunks(std::uint32_t program_id,

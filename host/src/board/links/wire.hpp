@@ -48,7 +48,8 @@ class Wire {
  private:
   struct Upload;
 
-  Result<symrig_wire_Reply> ask(const symrig_wire_Request& request, std::uint16_t seq, std::uint8_t flags);
+  Result<symrig_wire_Reply> ask(const symrig_wire_Request& request, std::uint16_t seq, std::uint8_t flags,
+                                int attempts);
   Result<void> send(protocol::Kind kind, std::uint16_t seq, std::uint8_t flags, protocol::ByteView body);
   Result<void> send_window(Upload& upload);
   Result<void> await(const std::function<bool()>& arrived, Nanoseconds timeout);
@@ -65,6 +66,7 @@ class Wire {
   std::uint16_t next_event_ = 0;  // number of the next expected event
   std::uint16_t hello_ack_ = 0;
   bool in_session_ = false;
+  bool asked_ = false;  // there was a Hello on this link
   bool events_to_acknowledge_ = false;
   bool events_missing_ = false;
 
