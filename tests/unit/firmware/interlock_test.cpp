@@ -88,6 +88,54 @@ TEST(Interlock, opening_it_makes_safe_in_the_same_tick_without_firmware) {
             symrig_wire_RunEnd_RUN_END_FAULT);
 }
 
+/// Turns the inputs 3 and 4 all the time.
+class Chatter final : public board_sim::Peripheral {
+ public:
+  explicit Chatter(std::uint64_t period) : period_(period) {}
+  void outputs_changed(std::uint64_t, std::uint32_t, board_sim::SimBoard&) override {}
+  std::uint64_t next_event() const override { return next_; }
+  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override {
+    level_ = !level_;
+    for (const int line : {3, 4}) board.set_input(line, level_);
+    next_ = tick + period_;
+  }
+
+ private:
+  std::uint64_t period_, next_ = 1'000;
+  bool level_ = false;
+};
+
+/// Half periods in ticks of 8 ns: 1 kHz to 1 MHz. The host takes no event, so the log of the edges overflows.
+TEST(Interlock, inputs_that_chatter_delay_neither_a_trip_nor_an_abort) {
+  for (const std::uint64_t half_period : {62'500, 625, 62})
+    for (const bool abort : {false, true}) {
+      Bench bench(true);
+      Chatter chatter(half_period);
+      bench.board.attach(chatter);
+      protocol::BoardConfig config = config_of(true);
+      for (const int line : {3, 4}) {
+        config.lines[line].configured = true;
+        config.lines[line].capture = true;
+      }
+      ASSERT_EQ(bench.host.configure(config), 0U);
+      ASSERT_EQ(bench.host.upload(long_program()), 0U);
+      ASSERT_EQ(bench.host.arm(), 0U);
+      ASSERT_EQ(bench.host.start(), 0U);
+      bench.board.advance_to(bench.board.now() + 500'000);
+      ASSERT_EQ(bench.levels(), 5U) << half_period;
+      const std::uint64_t asked = bench.board.now();
+      if (abort)
+        bench.host.abort();
+      else
+        bench.board.set_input(kInterlock, true);
+      EXPECT_EQ(bench.recorder.changes.back(), (Recorder::Change{asked, kSafe})) << half_period;
+      bench.board.advance_to(asked + 1'000);
+      EXPECT_EQ(bench.levels(), kSafe);
+      EXPECT_EQ(bench.host.status().state,
+                abort ? symrig_wire_State_STATE_LOADED : symrig_wire_State_STATE_FAULT);
+    }
+}
+
 TEST(Interlock, a_short_opening_is_not_missed) {
   Bench bench(true);
   ASSERT_EQ(bench.host.arm(), 0U);
