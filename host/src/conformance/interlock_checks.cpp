@@ -4,6 +4,7 @@
 #include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -64,16 +65,17 @@ Verdict not_an_output(BoardUnderTest& board) {
   return code_is("an output as an interlock", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line));
 }
 
-/// With the jumper, the program itself opens the interlock.
-Verdict trips(BoardUnderTest& board) {
+/// With the jumper, the program itself opens the interlock: from its second word on, for `opening` ticks.
+Verdict opened_by_a_run(BoardUnderTest& board, std::uint32_t opening, bool closes_again) {
   if (!board.jumper) return skipped("needs a jumper from an output to an input");
   const auto [output, input] = *board.jumper;
   if (!board.lines[input].trips) return skipped("the jumper's input cannot be an interlock");
   board.config.lines[input].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
   board.config.lines[input].trip_level = true;
   const std::uint32_t bit = 1U << output;
-  SYMRIG_MUST(
-      board.load(pack({word(0, board.word()), loop(10'000), word(bit, board.word()), end_loop(), end(bit)})));
+  const std::uint32_t later = closes_again ? 0 : bit;
+  SYMRIG_MUST(board.load(pack({word(0, board.word()), word(bit, opening), loop(10'000),
+                               word(later, board.word()), end_loop(), end(later)})));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
   board.session.listen_for(50ms);
@@ -85,13 +87,26 @@ Verdict trips(BoardUnderTest& board) {
   return board.outputs_safe();
 }
 
-constexpr std::array<Check, 4> kInterlockChecks{{
+Verdict trips(BoardUnderTest& board) {
+  return opened_by_a_run(board, board.word(), false);
+}
+
+/// A loose contact. The level alone would not show it: it is closed again when a slow board looks.
+Verdict short_opening(BoardUnderTest& board) {
+  const auto shortest = static_cast<std::uint32_t>(board.ticks(1us));
+  return opened_by_a_run(board, std::max(board.can.min_dwell, shortest), true);
+}
+
+constexpr std::array<Check, 5> kInterlockChecks{{
     {"interlock.open_refuses", "with an open interlock the board does not arm, and changes no output",
      open_refuses},
     {"interlock.closed_allows", "with a closed interlock both are possible", closed_allows},
     {"interlock.not_an_output", "an output cannot be an interlock", not_an_output},
     {"interlock.trips", "an interlock that opens during a run makes the outputs safe (needs a jumper)",
      trips},
+    {"interlock.short_opening",
+     "so does one that opens for the shortest word, of 1 us or more, and closes again (needs a jumper)",
+     short_opening},
 }};
 
 }  // namespace

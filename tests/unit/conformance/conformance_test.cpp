@@ -71,8 +71,8 @@ TEST(Conformance, simulated_board_passes) {
   std::set<std::string> skipped;
   for (const CheckResult& result : report->results)
     if (result.outcome == CheckOutcome::skipped) skipped.insert(result.name);
-  EXPECT_EQ(skipped, (std::set<std::string>{"interlock.trips", "jumper.levels", "jumper.stamps",
-                                            "rules.refill", "rules.wait_kind"}));
+  EXPECT_EQ(skipped, (std::set<std::string>{"interlock.short_opening", "interlock.trips", "jumper.levels",
+                                            "jumper.stamps", "rules.refill", "rules.wait_kind"}));
   EXPECT_EQ(board.supervisor_state(), symrig_wire_State_STATE_SAFE);
   EXPECT_EQ(board.levels() & 7U, 0U);
 }
@@ -106,7 +106,7 @@ TEST(Conformance, each_check_can_fail) {
   // A jumper that is told of but not there.
   board_sim::SimBoard board;
   ConformanceOptions options;
-  options.filter = "^jumper|^interlock.trips";
+  options.filter = "^jumper|^interlock.(trips|short)";
   options.jumper = Jumper{"projector_trigger", "interlock"};
   const auto report = check_conformance(make_sim_link(board), options);
   ASSERT_TRUE(report.ok());
