@@ -326,6 +326,7 @@ Job add_capture(CLI::App& command) {
                   "If exposures are planned: longest total exposure of one photograph (default: 10)")
       ->type_name("S");
   add_log_options(command, arguments->log);
+  add_progress(command);
   takes_words(command
                   .add_option("--split", arguments->split,
                               "Order of several views: " + listed(split_order_names()) +

@@ -120,6 +120,7 @@ Job add_evaluate_of(CLI::App& command, OpenScene open) {
   add_memory(command, arguments->memory);
   command
       .add_option("--rig", arguments->rig,
+  add_progress(command);
                   "Rig to compare with, simulated or real (default: held-out photographs only)")
       ->type_name("RIG");
   add_registration(command, arguments->registration);
