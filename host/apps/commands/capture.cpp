@@ -17,6 +17,7 @@
 #include "symrig/base/standard_streams.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/capture_page.hpp"
+#include "symrig/job/trouble.hpp"
 #include "undetermined_text.hpp"
 
 #include <array>
@@ -96,29 +97,17 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
 /// Compares the photographs with brute force, unless undetermined_text does.
 std::string brute_force_text(Algorithm algorithm, const CaptureResult& result) {
   const std::int64_t brute = result.tensor.projector_grid().size();
-  if (result.patterns > brute)
-    return fmt::format(
-        "warning: {} photographs more than brute force needs; --algorithm symrig never takes more\n",
-        grouped(static_cast<double>(result.patterns - brute)));
-  if (algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
+  if (result.patterns <= brute && algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
       !result.tensor.columns().empty())
     return "fewer than 64 pixels: measured by brute force, which needs no more photographs than a search\n";
   return "";
 }
 
-/// What a budget or a target has made of the tolerance, and a target that was missed.
+/// What a budget or a target has made of the tolerance.
 std::string tolerance_text(const CaptureSummary& summary, const CaptureResult& result) {
-  std::string text;
-  if (result.tolerance > summary.rule.flood_fraction)
-    text += fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
-                        summary.rule.flood_fraction);
-  const bool missed = summary.target_error > 0 && result.stated_error().value_or(0) > summary.target_error;
-  if (missed && result.stopped_by == "done")
-    text += fmt::format(
-        "warning: estimated error and uncertainty are above the target of {}; a smaller --tolerance may "
-        "help\n",
-        percent(summary.target_error));
-  return text;
+  if (result.tolerance <= summary.rule.flood_fraction) return "";
+  return fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
+                     summary.rule.flood_fraction);
 }
 
 /// Facts that only some captures have: a log, a budget, an estimated error.
@@ -127,24 +116,12 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   if (summary.replayed > 0)
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
-  text += trouble_text(summary.trouble);
+  for (const std::string& line : repair_lines(summary.trouble)) text += line + "\n";
   if (result.undetermined) text += undetermined_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   text += tolerance_text(summary, result);
-  if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
-    text += fmt::format(
-        "warning: held-out photographs find {} leaves wrong that could not be split; the estimated errors "
-        "contain them\n",
-        result.suspects);
-  for (const std::string& finding : result.noise_check.findings)
-    text += fmt::format("warning: {}; estimated errors and rank tests rely on the stated noise\n", finding);
-  if (result.gain_mismatch.found)
-    text += fmt::format(
-        "warning: by reciprocity, the camera's gain differs from the projector's by {} rms over the picture; "
-        "the estimated errors contain it; calibrate the rig (symrig calibrate), or give both the same "
-        "vignetting\n",
-        percent(result.gain_mismatch.rms));
+  for (const std::string& warning : capture_warnings(summary, result)) text += "warning: " + warning + "\n";
   if (result.estimated)
     text += fmt::format(
                 "relative errors, estimated from {} (±: {:.0f} % confidence)\n",
@@ -161,8 +138,7 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   return text + "\n";
 }
 
-std::string result_text(const CaptureSummary& summary, const CaptureResult& result,
-                        const std::string& output) {
+std::string result_text(const CaptureSummary& summary, const CaptureResult& result, const std::string& output) {
   const auto patterns = static_cast<double>(result.patterns);
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
@@ -174,7 +150,8 @@ std::string result_text(const CaptureSummary& summary, const CaptureResult& resu
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       result.forecast ? fmt::format(" (forecast {})", duration(result.forecast->rig_seconds)) : "",
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
-      byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
+      byte_size(static_cast<double>(summary.peak_memory_bytes)),
+      other_facts_text(summary, result));
 }
 
 CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std::int64_t memory,
@@ -227,8 +204,7 @@ Result<void> tell_address(const CaptureArguments& arguments, const CapturePage& 
 }
 
 /// The same, and serves the page: of the capture, then of its scene, until Ctrl-C.
-Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job,
-                                     OpenedRig& rig) {
+Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CapturePage page,
              CapturePage::open(rig, {.title = std::filesystem::path(arguments.output).filename().string(),
                                      .port = static_cast<std::uint16_t>(arguments.port.value_or(0)),
@@ -326,7 +302,6 @@ Job add_capture(CLI::App& command) {
                   "If exposures are planned: longest total exposure of one photograph (default: 10)")
       ->type_name("S");
   add_log_options(command, arguments->log);
-  add_progress(command);
   takes_words(command
                   .add_option("--split", arguments->split,
                               "Order of several views: " + listed(split_order_names()) +
@@ -345,6 +320,7 @@ Job add_capture(CLI::App& command) {
                    "Serve a page that shows the capture while it runs, and its scene afterwards, until "
                    "Ctrl-C");
   add_port(command, arguments->port);
+  add_progress(command);
   command.footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
                  kExitCodes);
   for (const char* option :

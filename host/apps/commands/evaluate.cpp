@@ -21,7 +21,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace symrig::apps {
 namespace {
@@ -52,15 +51,6 @@ std::string_view compared_with(const std::string& rig, const Judged& judged) {
   return judged.ideal ? "the true transport of this bench, through its exact map" : "the true transport";
 }
 
-/// Prints a warning line before the numbers.
-void warn(const std::string& file, const std::vector<std::string>& differs) {
-  if (differs.empty()) return;
-  print_error(
-      "evaluate",
-      fmt::format("warning: {} was captured from another scene: {}; the errors include this difference", file,
-                  fmt::join(differs, ", ")));
-}
-
 Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, const OpenScene& open) {
   const std::array<Idle, 2> options{{
       {"--registration", arguments.rig.empty(), "without --rig: held-out photographs are on the cells"},
@@ -85,7 +75,8 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
   if (!arguments.rig.empty()) {
     SYMRIG_TRY(errors, against(*opened.transport, arguments));
     differs = differences_of_scene(captured_scene(scene), errors->rig);
-    warn(arguments.scene, differs);
+    if (const std::string warning = other_scene_warning(arguments.scene, differs); !warning.empty())
+      print_error("evaluate", "warning: " + warning);
   }
   SYMRIG_TRY(const std::vector<HeldOutError> held_out,
              judge_by_photographs(*opened.transport, scene.held_out));
