@@ -128,10 +128,15 @@ std::string registration_text(const RegistrationSummary& summary) {
   for (std::size_t k = 0; k < r.maps.size(); ++k) {
     const CameraMap& map = r.maps[k];
     const std::string name = r.maps.size() > 1 ? fmt::format("map of channel {}", k) : "map";
-    lines += fmt::format(
-        "{}: error {:.4f} cells along an axis, from {} edges; {} of the edges do not fit (depth edges, "
-        "mirrors)\n",
-        name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
+    if (r.shift) break;  // no edges were looked for: told below
+    lines +=
+        map.edges() == 0
+            ? fmt::format("{}: error {:.4f} cells along an axis, from the decoded pixels\n", name,
+                          map.error())
+            : fmt::format(
+                  "{}: error {:.4f} cells along an axis, from {} edges; {} of the edges do not fit "
+                  "(depth edges, mirrors)\n",
+                  name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
   }
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
@@ -139,9 +144,10 @@ std::string registration_text(const RegistrationSummary& summary) {
   if (!r.shift) lines += shape_text(summary.shape);
   if (r.shift)
     lines += fmt::format(
-        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; "
-        "a cell's variance is {:.2f} of a pixel's\n",
-        r.shift->row, r.shift->col, weights.noise_share());
+        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns, each known to "
+        "{:.4f}: "
+        "corrected; a cell's variance is {:.2f} of a pixel's\n",
+        r.shift->row, r.shift->col, r.error(), weights.noise_share());
   else if (r.weighting() == Weighting::cores)
     lines += fmt::format(
         "{}a cell is measured by the pixels that lie at least {:.4f} cells inside it, and gets its part of "
