@@ -138,19 +138,21 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   return text + "\n";
 }
 
-std::string result_text(const CaptureSummary& summary, const CaptureResult& result, const std::string& output) {
+std::string result_text(const CaptureSummary& summary, const CaptureResult& result, const std::string& output,
+                        const std::string& held) {
   const auto patterns = static_cast<double>(result.patterns);
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
       "{}: {} patterns ({} frames), brute force {}; tensor {}\n"
       "capture time on the rig's clock {}{}; computing time {} ({} measuring, {} processing); peak "
       "memory {}\n"
-      "{}",
+      "{}{}",
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       result.forecast ? fmt::format(" (forecast {})", duration(result.forecast->rig_seconds)) : "",
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
       byte_size(static_cast<double>(summary.peak_memory_bytes)),
+      held.empty() ? "" : fmt::format("{} held a scene of {}, which this one replaced\n", output, held),
       other_facts_text(summary, result));
 }
 
@@ -176,9 +178,11 @@ std::string memory_text(const CaptureJob& job, const OpenedRig& rig) {
                      byte_size(static_cast<double>(job.memory)), byte_size(static_cast<double>(wanted)));
 }
 
-/// Captures while a line shows the progress.
-Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
+/// Captures while a line shows the progress. held: scene_to_replace().
+Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig, const std::string& held) {
   Meter meter("capture", "photographs");
+  if (!held.empty())
+    meter.say(fmt::format("{} holds a scene of {}; this capture will replace it", job.output, held));
   if (const std::string text = memory_text(job, rig); !text.empty()) meter.say(text);
   // The result repeats them. A person may want to stop before the light of hours.
   for (const std::string& warning : rig.trouble().warnings) meter.say("warning: " + warning);
@@ -204,13 +208,14 @@ Result<void> tell_address(const CaptureArguments& arguments, const CapturePage& 
 }
 
 /// The same, and serves the page: of the capture, then of its scene, until Ctrl-C.
-Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job, OpenedRig& rig) {
+Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job, OpenedRig& rig,
+                                     const std::string& held) {
   SYMRIG_TRY(const CapturePage page,
              CapturePage::open(rig, {.title = std::filesystem::path(arguments.output).filename().string(),
                                      .port = static_cast<std::uint16_t>(arguments.port.value_or(0)),
                                      .truth = {}}));
   SYMRIG_CHECK(tell_address(arguments, page));
-  Result<CaptureOutcome> captured = run_with_meter(page.watched(job, rig), rig);
+  Result<CaptureOutcome> captured = run_with_meter(page.watched(job, rig), rig, held);
   if (!captured) {
     page.fail(hint_in_command_words(captured.error()).line());
     return captured;
@@ -218,7 +223,7 @@ Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const Ca
   CaptureOutcome outcome = *std::move(captured);
   page.complete(outcome);
   if (!is_standard_output(arguments.json)) {
-    SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output)));
+    SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output, held)));
     SYMRIG_CHECK(print("The page now shows the scene. Ctrl-C ends.\n"));
   }
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -253,11 +258,12 @@ Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   if (const auto free = check_job(job); !free) return hint_in_command_words(free.error());
   SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration));
   if (const Result<void> fits = check_rig(options, *rig.probe); !fits) return in_command_words(fits.error());
+  const std::string held = scene_to_replace(job, rig);
   const Result<CaptureOutcome> outcome =
-      arguments.watch ? run_with_page(arguments, job, rig) : run_with_meter(job, rig);
+      arguments.watch ? run_with_page(arguments, job, rig, held) : run_with_meter(job, rig, held);
   if (!outcome) return hint_in_command_words(outcome.error());
   if (is_standard_output(arguments.json) || arguments.watch) return {};
-  return print(result_text(outcome->summary, outcome->result, arguments.output));
+  return print(result_text(outcome->summary, outcome->result, arguments.output, held));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -148,6 +149,15 @@ Result<CaptureSettings> check_job(const CaptureJob& job) {
 Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
   SYMRIG_CHECK(check_rig(job.options, *rig.probe));
   return check_symmetric(rig, job.options.algorithm);
+}
+
+std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig) {
+  std::error_code ignored;
+  if (job.output.empty() || !std::filesystem::exists(job.output, ignored)) return "";
+  const auto held = load_scene(job.output, {.memory = 1});  // leaves stay in the file
+  if (!held) return "";
+  std::string scene = captured_scene(*held);
+  return scene == rig.probe->describe() ? "" : scene;
 }
 
 std::int64_t least_memory(Grid grid, int channels) {
