@@ -13,6 +13,7 @@
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -40,10 +41,15 @@ Result<Judged> against(const TransportOperator& tensor, const EvaluateArguments&
   return judge_by_rig(tensor, *opened.probe, meter.progress());
 }
 
-std::string result_text(const HeldOutError& e) {
-  return fmt::format(
-      "held-out photograph '{}': rms error {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n", e.name,
-      e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
+/// How many held-out photographs there are, and the one that is predicted worst. All are in the JSON.
+std::string result_text(const std::vector<HeldOutError>& held_out) {
+  if (held_out.empty()) return "";
+  const HeldOutError& e = *std::ranges::max_element(held_out, {}, &HeldOutError::relative);
+  const std::string which =
+      held_out.size() == 1 ? fmt::format("held-out photograph '{}'", e.name)
+                           : fmt::format("{} held-out photographs; the worst, '{}'", held_out.size(), e.name);
+  return fmt::format("{}: rms error {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n", which, e.rms,
+                     grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
 }
 
 std::string_view compared_with(const std::string& rig, const Judged& judged) {
@@ -93,8 +99,7 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
   if (errors && errors->ideal)
     text +=
         "relative errors against the true transport of the ideal coaxial rig\n" + error_table(*errors->ideal);
-  for (const HeldOutError& one : held_out) text += result_text(one);
-  return print(text);
+  return print(text + result_text(held_out));
 }
 
 }  // namespace
@@ -111,11 +116,11 @@ Job add_evaluate_of(CLI::App& command, OpenScene open) {
   add_memory(command, arguments->memory);
   command
       .add_option("--rig", arguments->rig,
-  add_progress(command);
                   "Rig to compare with, simulated or real (default: held-out photographs only)")
       ->type_name("RIG");
   add_registration(command, arguments->registration);
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"
