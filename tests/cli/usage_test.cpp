@@ -82,8 +82,8 @@ TEST_F(Usage, no_command_is_a_usage_error) {
   EXPECT_EQ(alone.code, kUsage);
   EXPECT_EQ(alone.out, "");
   // What it is for, how to begin, and the commands: no more than fits on a screen.
-  for (const char* part : {"measures how a real scene transports light", "symrig capture --rig", "Commands: capture, relight",
-                           "symrig: no command given; see symrig --help\n"})
+  for (const char* part : {"measures how a real scene transports light", "symrig capture --rig",
+                           "Commands: capture, relight", "symrig: no command given; see symrig --help\n"})
     EXPECT_NE(alone.err.find(part), std::string::npos) << part << "\n" << alone.err;
   EXPECT_LT(std::ranges::count(alone.err, '\n'), 20);
 }
