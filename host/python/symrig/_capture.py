@@ -21,7 +21,7 @@ class Progress(NamedTuple):
         stage: what is done at the moment, such as "level 3".
         done: units done so far (photographs in a capture).
         expected: units expected so far; 0: not known.
-        steps: steps of computing work that a capture has done in this stage. A step is some 10 ms. They move while
+        steps: steps of computing work that a capture has done in this stage. A step is a few ms. They move while
             `done` stands still.
         steps_expected: by the end of the stage; 0: not known.
     """

@@ -23,8 +23,8 @@ struct Stopped {};
 /// belong to that thread. So it counts too, or looks from time to time while it waits for others.
 class Work {
  public:
-  /// Operations (a multiplication and an addition) of a step: about 10 ms. 1 to 4 · 10^9 operations a second
-  /// were counted from 48x48 to 256x256 with one thread of 2.0 GHz.
+  /// Operations (a multiplication and an addition) of a step. A refit does one in 2 to 4 ms with one thread
+  /// of 2.0 GHz, from 48x48 to 256x256.
   static constexpr std::int64_t kStep = std::int64_t{1} << 24;
 
   /// Counts nothing and never stops.
