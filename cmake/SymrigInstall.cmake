@@ -27,8 +27,9 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/symrigConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/symrigConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/symrigConfig.cmake ${PROJECT_BINARY_DIR}/symrigConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/SymrigDependencies.cmake DESTINATION ${package_dir} COMPONENT development)
-# The pkg-config file has the prefix of this install, for any --prefix.
+# The pkg-config file has the prefix of this install, for any --prefix. A relative one is meant from where the command ran.
 install(CODE "
+  get_filename_component(CMAKE_INSTALL_PREFIX \"\${CMAKE_INSTALL_PREFIX}\" ABSOLUTE)
   set(CMAKE_INSTALL_INCLUDEDIR \"${CMAKE_INSTALL_INCLUDEDIR}\")
   set(CMAKE_INSTALL_LIBDIR \"${CMAKE_INSTALL_LIBDIR}\")
   set(PROJECT_HOMEPAGE_URL \"${PROJECT_HOMEPAGE_URL}\")

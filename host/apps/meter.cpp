@@ -1,19 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "meter.hpp"
 
+#include "choices.hpp"
 #include "console.hpp"
 #include "symrig/base/standard_streams.hpp"
 #include "terminal_line.hpp"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <csignal>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 namespace symrig::apps {
 namespace {
+
+constexpr const char* kPhotographs = "photographs";
+
+bool json_wanted = false;  // set while the command line is read
 
 std::atomic<bool> stop_asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler");
@@ -48,8 +57,27 @@ bool interrupted() {
   return stop_asked;
 }
 
+void add_progress(CLI::App& command) {
+  static constexpr std::array<std::string_view, 2> kForms{"line", "json"};
+  const auto chosen = [](const std::string& form) {
+    if (std::find(kForms.begin(), kForms.end(), form) == kForms.end())
+      throw CLI::ValidationError("--progress", "'" + form + "' is none of: line, json");
+    json_wanted = form == "json";
+  };
+  takes_words(command
+                  .add_option_function<std::string>(
+                      "--progress", chosen,
+                      "How progress is shown on standard error: line (on a terminal, the default), or json "
+                      "(an event a line, also in a pipe)")
+                  ->type_name("FORM"),
+              kForms);
+}
+
 Meter::Meter(std::string command, std::string unit)
-    : command_(std::move(command)), unit_(std::move(unit)), terminal_(isatty(STDERR_FILENO) == 1) {}
+    : command_(std::move(command)),
+      unit_(std::move(unit)),
+      json_(json_wanted),
+      terminal_(!json_ && isatty(STDERR_FILENO) == 1) {}
 
 Meter::~Meter() {
   if (shown_) write_standard_error("\r\033[K");
@@ -63,27 +91,58 @@ Progress Meter::progress() {
   return [this](const ProgressEvent& event) { return report(event); };
 }
 
-bool Meter::report(const ProgressEvent& event) {
-  if (!terminal_) return !interrupted();
-  const double seconds = watch_.seconds();
-  to_go_.report(event, seconds);
-  const bool new_stage = event.stage != stage_;
-  if (!next_.passed() && !new_stage) return !interrupted();
+/// True for a new stage, and ten times a second. Where each event is a line, also for each unit.
+bool Meter::is_news(const ProgressEvent& event) {
+  const bool moved = event.done != done_ || event.steps.done != steps_;
+  const bool now =
+      event.stage != stage_ || (json_ ? event.done != done_ || (moved && next_.passed()) : next_.passed());
+  if (!now) return false;
   stage_ = event.stage;
   next_ = Deadline(std::chrono::milliseconds(100));
-  shown_ = true;
-  write_standard_error(fmt::format("\r\033[K{}", line(event, seconds)));
+  return true;
+}
+
+bool Meter::report(const ProgressEvent& event) {
+  if (!terminal_ && !json_) return !interrupted();
+  const double seconds = watch_.seconds();
+  to_go_.report(event, seconds);
+  if (!is_news(event)) return !interrupted();
+  shown_ = terminal_;
+  write_standard_error(json_ ? json_line(event, seconds) : fmt::format("\r\033[K{}", line(event, seconds)));
+  done_ = event.done;
+  steps_ = event.steps.done;
   return !interrupted();
 }
 
-/// "symrig capture: level 5, 120 of 318 photographs, 12 s, about 20 s to go", or a shorter form on a narrow
-/// terminal. The last column stays free, because some terminals wrap when it is written.
+std::string Meter::json_line(const ProgressEvent& event, double seconds) const {
+  const auto known = [](std::int64_t total) {
+    return total > 0 ? nlohmann::ordered_json(total) : nlohmann::ordered_json();
+  };
+  const auto left = to_go_.seconds();
+  nlohmann::ordered_json line{{"command", command_}, {"stage", event.stage}};
+  line["unit"] = event.computing ? "steps" : unit_;
+  line["done"] = event.computing ? event.steps.done : event.done;
+  line["total"] = known(event.computing ? event.steps.expected : event.expected);
+  if (unit_ == kPhotographs) line["patterns"] = event.done;
+  line["steps"] = event.steps.done;
+  line["seconds"] = std::round(1000 * seconds) / 1000;
+  line["seconds_to_go"] = left ? nlohmann::ordered_json(std::round(*left)) : nlohmann::ordered_json();
+  return line.dump() + "\n";
+}
+
+/// "symrig capture: refit, 1700 of 5200 steps, ..." or "symrig capture: level 5, 120 of 318 photographs, 12
+/// s, about 20 s to go", or a shorter form on a narrow terminal. The last column stays free, because some
+/// terminals wrap when it is written.
 std::string Meter::line(const ProgressEvent& event, double seconds) const {
-  std::string count = fmt::format("{}", event.done);
-  if (event.expected > 0) count += fmt::format(" of {}", event.expected);
+  const StepCount shown = event.computing ? event.steps : StepCount{event.done, event.expected};
+  std::string count = fmt::format("{}", shown.done);
+  if (shown.expected > 0) count += fmt::format(" of {}", shown.expected);
   const auto left = to_go_.seconds();
   const std::string to_go = left ? fmt::format(", about {} to go", duration(*left)) : std::string();
-  const std::string counted = fmt::format("{}, {} {}", stage_, count, unit_);
+  std::string counted = fmt::format("{}, {} {}", stage_, count, event.computing ? "steps" : unit_);
+  // While no photograph comes, the computer works on those that are there.
+  if (!event.computing && event.steps.done > 0 && event.done == done_)
+    counted += fmt::format(", {} steps", event.steps.done);
   const std::array<std::string, 4> forms{
       fmt::format("symrig {}: {}, {}{}", command_, counted, duration(seconds), to_go),
       fmt::format("{}, {}{}", counted, duration(seconds), to_go),

@@ -56,6 +56,12 @@ int print_help(CLI::App& app, const CLI::ParseError& error) {
   return finish("", print(text.str()));
 }
 
+/// What the program is for, how to begin, and its commands.
+std::string overview(const Program& program) {
+  return fmt::format("{}\n\n{}\nCommands: {}\n", program.description, program.footer,
+                     listed(command_names(program.commands)));
+}
+
 /// Help and version end with code 0. Every other parser error is a usage error of one line.
 int parse_failure(CLI::App& app, const CLI::ParseError& error, std::span<const std::string> words) {
   if (error.get_exit_code() == 0) return print_help(app, error);
@@ -75,9 +81,10 @@ int run(const Program& program, int argc, char** argv) {
   const std::vector<Job> jobs = declare(app, program);
   if (const auto word = unknown_command(program, argc, argv))
     return usage_error("", no_command(*word, command_names(program.commands)));
-  if (argc < 2)
-    return usage_error("", fmt::format("no command given; commands: {}; see {} --help",
-                                       listed(command_names(program.commands)), program.name));
+  if (argc < 2) {
+    write_standard_error(overview(program));
+    return usage_error("", fmt::format("no command given; see {} --help", program.name));
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

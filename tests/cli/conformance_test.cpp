@@ -38,6 +38,9 @@ TEST_F(ConformanceCommand, wrong_options) {
   expect_refusal({"conformance", "sim:", "--jumper", "lamp"}, 2, {"OUTPUT:INPUT"});
   expect_refusal({"conformance", "sim:", "--jumper", "lamp:vsync"}, 2, {"lamp", "projector_trigger"});
   expect_refusal({"conformance", "nowhere:"}, 2, {"nowhere"});
+  setenv("SYMRIG_DEVICE", "nonsense:", 1);
+  expect_refusal({"conformance"}, 2, {"nonsense"});
+  unsetenv("SYMRIG_DEVICE");
 }
 
 }  // namespace

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The progress line on a terminal: one line that is never wider than the terminal, also when that changes.
+"""The progress line on a terminal: one line that is never wider than the terminal, also when that changes. In a pipe: lines of
+JSON, and a stop while the computer computes.
 
 usage: progress_test.py SYMRIG
 """
 
 import fcntl
+import json
 import os
 import pathlib
 import pty
 import re
 import select
+import signal
 import struct
+import subprocess
 import sys
 import tempfile
 import termios
@@ -25,6 +29,9 @@ gauss = random.gauss
 random.gauss = lambda mean, sigma: (time.sleep(1e-4), gauss(mean, sigma))[1]
 sys.path.insert(0, "EXAMPLES")
 import rig'"""
+# Long enough in the refit to be stopped there.
+REFIT = "sim:vgroove-textured?size=48x48"
+LONG_REFIT = ("--polish", "20")
 # Its planes have too little light for the check of their order.
 DIM_PLANES = "sim:vgroove-white?size=4x4&light=0.001&profile=dlpc350"
 
@@ -109,6 +116,68 @@ def check_time_to_go(symrig, columns, told):
     assert any(re.fullmatch(told, line) for line in text.split(CLEAR)), text
 
 
+def run(symrig, folder, *words):
+    done = subprocess.run([symrig, *words], cwd=folder, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, (words, done)
+    return done
+
+
+def events_of(text):
+    return [json.loads(line) for line in text.splitlines() if line.startswith("{")]
+
+
+def check_json(symrig):
+    """An event a line, in a pipe: each stage to the end, photographs and steps that never fall, and no other text."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = run(symrig, folder, "capture", "--rig", REFIT, *LONG_REFIT, "-o", "a.h5", "--progress", "json")
+        silent = run(symrig, folder, "capture", "--rig", REFIT, *LONG_REFIT, "-o", "b.h5")
+    assert silent.stderr == "", silent.stderr
+    events = events_of(done.stderr)
+    assert len(events) == len(done.stderr.splitlines()), done.stderr
+    for event in events:
+        assert list(event) == ["command", "stage", "unit", "done", "total", "patterns", "steps", "seconds", "seconds_to_go"], event
+        assert event["command"] == "capture" and event["unit"] in ("photographs", "steps"), event
+    stages = list(dict.fromkeys(event["stage"] for event in events))
+    assert stages[0] == "flood-lit" and stages[-1] == "writing the scene", stages
+    for stage in ("level 1", "direct light", "refit", "merging leaves", "packing the tensor", "estimated errors"):
+        assert stage in stages, (stage, stages)
+    for before, now in zip(events, events[1:]):
+        assert now["patterns"] >= before["patterns"] and now["seconds"] >= before["seconds"], (before, now)
+        if now["stage"] == before["stage"]:
+            assert now["steps"] >= before["steps"] and now["done"] >= before["done"], (before, now)
+    refit = [event for event in events if event["stage"] == "refit" and event["total"]]
+    assert refit and all(event["unit"] == "steps" and event["done"] <= event["total"] for event in refit), refit
+
+
+def check_stop_in_the_refit(symrig):
+    """The log is kept, and the continued capture is the same bit by bit."""
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["capture", "--rig", REFIT, *LONG_REFIT, "--progress", "json"]
+        run(symrig, folder, *words, "-o", "whole.h5")
+        child = subprocess.Popen([symrig, *words, "-o", "a.h5"], cwd=folder, stderr=subprocess.PIPE, text=True)
+        for line in child.stderr:
+            event = json.loads(line)
+            if event["stage"] == "refit" and event["done"] > 0:
+                break
+        child.send_signal(signal.SIGINT)
+        rest = child.stderr.read()
+        assert child.wait() == 5, rest
+        error = [line for line in rest.splitlines() if not line.startswith("{")]
+        assert len(error) == 1 and re.search(r"stopped after \d+ photographs.*refit.*a.h5.log keeps \d+ photographs", error[0]), rest
+        assert "--resume" in error[0], rest
+        assert not any(event["stage"] == "writing the scene" for event in events_of(rest)), rest
+        run(symrig, folder, *words, "-o", "a.h5", "--resume")
+        for scene in ("whole", "a"):
+            run(symrig, folder, "relight", f"{scene}.h5", "--light", "white", "-o", f"{scene}.pfm")
+        here = pathlib.Path(folder)
+        assert (here / "whole.pfm").read_bytes() == (here / "a.pfm").read_bytes()
+
+
+def check_forms(symrig):
+    failed = subprocess.run([symrig, "capture", "--rig", REFIT, "-o", "a.h5", "--progress", "no"], capture_output=True, text=True)
+    assert failed.returncode == 2 and "--progress: 'no' is none of: line, json" in failed.stderr, failed
+
+
 def main():
     symrig = os.path.abspath(sys.argv[1])
     check(symrig, 120, 100)
@@ -118,6 +187,9 @@ def main():
     check_time_to_go(symrig, 30, r"\d+ of \d+, about .* to go")
     check(symrig, 30, 12)
     check_warning(symrig)
+    check_json(symrig)
+    check_stop_in_the_refit(symrig)
+    check_forms(symrig)
 
 
 if __name__ == "__main__":

@@ -78,7 +78,14 @@ TEST_F(Usage, help_command_prints_what_the_option_prints) {
 }
 
 TEST_F(Usage, no_command_is_a_usage_error) {
-  expect_refusal({}, kUsage, {"capture", "report", "--help"});
+  const Outcome alone = symrig({});
+  EXPECT_EQ(alone.code, kUsage);
+  EXPECT_EQ(alone.out, "");
+  // What it is for, how to begin, and the commands: no more than fits on a screen.
+  for (const char* part : {"measures how a real scene transports light", "symrig capture --rig",
+                           "Commands: capture, relight", "symrig: no command given; see symrig --help\n"})
+    EXPECT_NE(alone.err.find(part), std::string::npos) << part << "\n" << alone.err;
+  EXPECT_LT(std::ranges::count(alone.err, '\n'), 20);
 }
 
 // Commands that the design promises for later must not pretend to exist.

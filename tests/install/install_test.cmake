@@ -37,6 +37,14 @@ if(NOT whole STREQUAL parts)
   message(FATAL_ERROR "files of no component, or of two: ${whole} (all components: ${parts})")
 endif()
 
+# A prefix may be relative to the folder where it is typed.
+step("install below here" ${CMAKE_COMMAND} -E chdir ${WORK} ${CMAKE_COMMAND} --install ${BUILD} --prefix below --component development)
+file(GLOB_RECURSE pc ${WORK}/below/symrig.pc)
+file(STRINGS ${pc} prefix_of_pc REGEX "^prefix=")
+if(NOT prefix_of_pc STREQUAL "prefix=${WORK}/below")
+  message(FATAL_ERROR "symrig.pc has ${prefix_of_pc}, not the folder ${WORK}/below")
+endif()
+
 # For the C interface a C compiler and pkg-config are enough.
 file(GLOB_RECURSE pc ${prefix}/symrig.pc)
 get_filename_component(pc_folder ${pc} DIRECTORY)

@@ -11,6 +11,7 @@ import textwrap
 import threading
 import urllib.error
 import urllib.request
+import warnings
 
 import numpy as np
 import pytest
@@ -85,6 +86,78 @@ def test_views_of_python():
         scene = symrig.capture(Passed(rig), polish=0)
     assert scene.views == wanted.views == (2, 2)
     assert np.array_equal(scene.to_numpy(), wanted.to_numpy())
+
+
+ANSWERS = {
+    "no array of numbers: <class 'str'>": lambda count, picture: ["x"] * count,
+    "no array of numbers: <class 'object'>": lambda count, picture: [object()] * count,
+    "no array of numbers: <class 'list'>": lambda count, picture: [[[1, 2], [3]]] * count,
+    "no array of numbers: <class 'dict'>": lambda count, picture: [{"mean": picture}] * count,
+    "no array of numbers: <class 'numpy.ndarray'>": lambda count, picture: [picture + 1j] * count,
+    "the variance of photograph 0 is no array of numbers": lambda count, picture: [symrig.Radiance(picture, "much")] * count,
+    "answered <class 'str'>": lambda count, picture: "x" * count,
+    "answered <class 'numpy.ndarray'>": lambda count, picture: np.array(3.0),
+    "answered <class 'NoneType'>": lambda count, picture: None,
+}
+
+
+@pytest.mark.parametrize("message", ANSWERS)
+def test_an_answer_of_another_type_is_named(message):
+    class Wrong(symrig.Probe):
+        grid = (8, 8)
+
+        def measure(self, patterns):
+            return ANSWERS[message](len(patterns), np.zeros(self.grid, np.float32))
+
+    with pytest.raises(symrig.InputError) as raised:
+        symrig.capture(Wrong())
+    assert message in str(raised.value) and raised.value.next_step
+
+
+def test_seconds_of_another_type_are_named():
+    rig = Matrix(integers((8, 8)), (8, 8))
+    rig.seconds = "long"
+    with pytest.raises(symrig.InputError, match="the rig's seconds is 'long'; keep a number there, or None"):
+        symrig.capture(rig)
+
+
+def test_warnings_are_those_of_the_command(tmp_path):
+    class Noisy(Matrix):
+        """Noise that it does not state."""
+
+        def measure(self, patterns):
+            exact = np.asarray(super().measure(patterns))
+            return exact + np.random.default_rng(len(self.patterns)).normal(0, 0.02 * exact.max(), exact.shape).astype(np.float32)
+
+    with pytest.warns(UserWarning, match="estimated errors and rank tests rely on the stated noise"):
+        symrig.capture(Noisy(integers((16, 16)), (16, 16)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = symrig.capture("sim:plane?size=16x16")
+        scene.errors("sim:plane?size=16x16")
+    with pytest.warns(UserWarning, match="captured from another scene: the scene is gummy"):
+        scene.errors("sim:gummy?size=16x16")
+
+
+def test_progress_counts_computing_to_the_end():
+    told = []
+    scene = symrig.capture("sim:vgroove-textured?size=48x48", progress=told.append)
+    stages = [one.stage for one in told]
+    assert stages[-1] == "estimated errors" and "refit" in stages, stages
+    refit = [one for one in told if one.stage == "refit"]
+    assert refit[-1].steps > 0 and refit[-1].steps <= refit[-1].steps_expected
+    assert all(one.done <= scene.facts["patterns"] for one in told)
+
+
+def test_a_stop_in_the_refit_keeps_the_log(tmp_path):
+    output = tmp_path / "scene.h5"
+    name = "sim:vgroove-textured?size=32x32"
+    whole = symrig.capture(name, polish=2)
+    with pytest.raises(symrig.Interrupted, match=r"while it computed \(refit\).* keeps .* continue with resume"):
+        symrig.capture(name, output, polish=2, progress=lambda step: step.stage != "refit")
+    scene = symrig.capture(name, output, polish=2, resume=True)
+    assert scene.facts["replayed"] > 0
+    assert np.array_equal(scene.flood_lit(), whole.flood_lit())
 
 
 def test_progress_and_its_stop():

@@ -99,3 +99,17 @@ def test_the_wheel_installs_and_works(root, groove_file, tmp_path):
     script = f"import symrig; print(symrig.__file__, symrig.load({str(groove_file)!r}).shape)"
     done = subprocess.run([sys.executable, "-c", script], env={"PYTHONPATH": str(tmp_path / "site")}, capture_output=True, text=True, check=True)
     assert str(tmp_path / "site") in done.stdout and "(768, 768)" in done.stdout
+
+
+@pytest.mark.parametrize("built, message", [(None, "is not built; run "), ("_symrig.cpython-399-x86_64-linux-gnu.so", "was built for another Python: it has {built}")])
+def test_an_import_that_fails_says_why(tmp_path, built, message):
+    package = tmp_path / "symrig"
+    package.mkdir()
+    for file in FOLDER.glob("*.py"):
+        (package / file.name).write_text(file.read_text())
+    if built:
+        (package / built).write_bytes(b"")
+    done = subprocess.run([sys.executable, "-B", "-c", "import symrig"], capture_output=True, text=True, cwd=tmp_path, env={}, check=False)
+    last = done.stderr.strip().splitlines()[-1]
+    assert done.returncode == 1 and "circular" not in done.stderr, done.stderr
+    assert last.startswith(f"ImportError: symrig in {package} ") and message.format(built=built) in last, last

@@ -2,6 +2,7 @@
 """scene @ light: all forms of light, the transpose, and the command's answer."""
 
 import threading
+import warnings
 
 import h5py
 import numpy as np
@@ -225,3 +226,28 @@ def test_a_notebook_shows_picture_errors_and_levels(groove, colour):
         assert "frobenius" in page and "subdivided" in page
     assert "32x24" in repr(groove) and "3 channels" in repr(colour)
     assert groove.report("groove").startswith("<!")
+
+
+@pytest.mark.parametrize("apply", [lambda scene, x: scene @ x, lambda scene, x: scene.relight(x), lambda scene, x: scene.dual(x), lambda scene, x: scene.T @ x, lambda scene, x: scene @ x.ravel()])
+def test_codes_of_a_picture_are_no_light(groove, apply):
+    light = np.linspace(0, 255, int(np.prod(groove.light_shape))).reshape(groove.light_shape)
+    for codes, white in ((light.astype(np.uint8), 255), ((257 * light).astype(np.uint16), 65535)):
+        with pytest.raises(symrig.InputError, match=rf"codes from 0 to {white} .*divide the picture by {white}"):
+            apply(groove, codes)
+    mask = (light > 100).astype(np.uint8)
+    assert np.array_equal(apply(groove, mask), apply(groove, mask.astype(np.float32)))
+
+
+def test_colour_that_is_lost_is_told(groove, tmp_path):
+    colour = np.random.default_rng(1).uniform(0, 1, (*groove.light_shape, 3)).astype(np.float32)
+    symrig.write_image(tmp_path / "colour.pfm", colour)
+    symrig.write_image(tmp_path / "gray.pfm", np.repeat(symrig.gray(colour)[..., None], 3, axis=2))
+    with pytest.warns(UserWarning, match="colour.pfm is in colour; its luminance is the light"):
+        light = symrig.light(tmp_path / "colour.pfm", groove.light_shape)
+    assert np.array_equal(light, symrig.gray(colour))
+    with pytest.warns(UserWarning, match="these are 3 lights, not one in colour"):
+        assert (groove @ colour).shape[-1] == 3
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        symrig.light(tmp_path / "gray.pfm", groove.light_shape)
+        groove @ np.dstack([colour, colour])

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of `symrig view` in Chromium: served with both engines, and exported.
+// The page of `symrig view` in Chromium: served with both engines, and exported. Reports on a phone.
 // usage: node page_test.mjs SYMRIG CHROMIUM
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { grey_png, idle, kPhone, launch, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes } from './browser.mjs';
+import { grey_png, idle, kPhone, launch, listen_to, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes } from './browser.mjs';
 
 const [symrig, chromium] = process.argv.slice(2);
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'symrig-view-'));
@@ -193,6 +193,19 @@ async function fits_a_phone(browser, address) {
   await page.close();
 }
 
+/** No column of a report lies outside a phone's screen. */
+async function report_fits_a_phone(browser) {
+  run(symrig, ['report', file('scene.h5'), '-o', file('report.html')]);
+  const page = await browser.newPage(), { faults } = listen_to(page);
+  await page.setViewport(kPhone);
+  await page.goto(`file://${file('report.html')}`);
+  const tables = await page.evaluate(() => [...document.querySelectorAll('div.wide')].map((one) => [one.ariaLabel, one.scrollWidth, one.clientWidth]));
+  assert.ok(tables.length > 3);
+  for (const [name, wide, seen] of tables) assert.ok(wide <= seen, `${name}: ${wide} of ${seen} pixels are seen`);
+  assert.deepEqual(faults, []);
+  await page.close();
+}
+
 async function whole_page(browser, address, { origin, has_truth }) {
   const { page, faults, asked } = await open_page(browser, address);
   const most = await pixels_are_those_of_relight(browser, page);
@@ -272,6 +285,7 @@ try {
     assert.equal(await server.end(), 0);
   }
   await whole_page(browser, `file://${file('scene.html')}`, { origin: `file://${file('scene.html')}`, has_truth: false });
+  await report_fits_a_phone(browser);
   await a_reduced_page_says_so(browser);
   await other_scenes_are_the_same(browser);
 } finally {

@@ -46,7 +46,8 @@ class Aligning {
       good = all_good(last_->findings) && arguments_.updates == 0 ? good + 1 : 0;
       if (last_->count == arguments_.updates) break;
     }
-    return write_json();
+    SYMRIG_CHECK(write_json());
+    return ended_ ? Result<void>() : good_enough();
   }
 
  private:
@@ -61,6 +62,14 @@ class Aligning {
              std::move(findings), cell_};
     press_keys();
     return show(before ? &*before : nullptr);
+  }
+
+  /// fails: limit (what is not good enough).
+  Result<void> good_enough() const {
+    const std::string missed = missed_goals(last_->findings);
+    if (missed.empty()) return {};
+    return Error{ErrorCode::limit, "the rig is not good enough for a capture: " + missed,
+                 "move what the lines above say"};
   }
 
   void press_keys() {

@@ -167,6 +167,7 @@ Job add_bench(CLI::App& command) {
       ->type_name("FILE");
   command.add_flag("--no-memory", arguments->no_memory,
                    "Do not measure memory speed (it needs about 400 MB, more on machines with large caches)");
+  add_progress(command);
   command.footer(std::string(kBenchExample) + "\nScenes: " + known_scenes() + "\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -287,6 +287,7 @@ Job add_calibrate(CLI::App& command) {
   command.add_option("--report", arguments->report, "HTML page to write: the map and its quality")
       ->type_name("map.html");
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"

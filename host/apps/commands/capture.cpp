@@ -17,6 +17,7 @@
 #include "symrig/base/standard_streams.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/capture_page.hpp"
+#include "symrig/job/trouble.hpp"
 #include "undetermined_text.hpp"
 
 #include <array>
@@ -96,29 +97,17 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
 /// Compares the photographs with brute force, unless undetermined_text does.
 std::string brute_force_text(Algorithm algorithm, const CaptureResult& result) {
   const std::int64_t brute = result.tensor.projector_grid().size();
-  if (result.patterns > brute)
-    return fmt::format(
-        "warning: {} photographs more than brute force needs; --algorithm symrig never takes more\n",
-        grouped(static_cast<double>(result.patterns - brute)));
-  if (algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
+  if (result.patterns <= brute && algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
       !result.tensor.columns().empty())
     return "fewer than 64 pixels: measured by brute force, which needs no more photographs than a search\n";
   return "";
 }
 
-/// What a budget or a target has made of the tolerance, and a target that was missed.
+/// What a budget or a target has made of the tolerance.
 std::string tolerance_text(const CaptureSummary& summary, const CaptureResult& result) {
-  std::string text;
-  if (result.tolerance > summary.rule.flood_fraction)
-    text += fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
-                        summary.rule.flood_fraction);
-  const bool missed = summary.target_error > 0 && result.stated_error().value_or(0) > summary.target_error;
-  if (missed && result.stopped_by == "done")
-    text += fmt::format(
-        "warning: estimated error and uncertainty are above the target of {}; a smaller --tolerance may "
-        "help\n",
-        percent(summary.target_error));
-  return text;
+  if (result.tolerance <= summary.rule.flood_fraction) return "";
+  return fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
+                     summary.rule.flood_fraction);
 }
 
 /// Facts that only some captures have: a log, a budget, an estimated error.
@@ -127,24 +116,12 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   if (summary.replayed > 0)
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
-  text += trouble_text(summary.trouble);
+  for (const std::string& line : repair_lines(summary.trouble)) text += line + "\n";
   if (result.undetermined) text += undetermined_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   text += tolerance_text(summary, result);
-  if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
-    text += fmt::format(
-        "warning: held-out photographs find {} leaves wrong that could not be split; the estimated errors "
-        "contain them\n",
-        result.suspects);
-  for (const std::string& finding : result.noise_check.findings)
-    text += fmt::format("warning: {}; estimated errors and rank tests rely on the stated noise\n", finding);
-  if (result.gain_mismatch.found)
-    text += fmt::format(
-        "warning: by reciprocity, the camera's gain differs from the projector's by {} rms over the picture; "
-        "the estimated errors contain it; calibrate the rig (symrig calibrate), or give both the same "
-        "vignetting\n",
-        percent(result.gain_mismatch.rms));
+  for (const std::string& warning : capture_warnings(summary, result)) text += "warning: " + warning + "\n";
   if (result.estimated)
     text += fmt::format(
                 "relative errors, estimated from {} (±: {:.0f} % confidence)\n",
@@ -161,20 +138,22 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   return text + "\n";
 }
 
-std::string result_text(const CaptureSummary& summary, const CaptureResult& result,
-                        const std::string& output) {
+std::string result_text(const CaptureSummary& summary, const CaptureResult& result, const std::string& output,
+                        const std::string& held) {
   const auto patterns = static_cast<double>(result.patterns);
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
       "{}: {} patterns ({} frames), brute force {}; tensor {}\n"
       "capture time on the rig's clock {}{}; computing time {} ({} measuring, {} processing); peak "
       "memory {}\n"
-      "{}",
+      "{}{}",
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       result.forecast ? fmt::format(" (forecast {})", duration(result.forecast->rig_seconds)) : "",
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
-      byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
+      byte_size(static_cast<double>(summary.peak_memory_bytes)),
+      held.empty() ? "" : fmt::format("{} held a scene of {}, which this one replaced\n", output, held),
+      other_facts_text(summary, result));
 }
 
 CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std::int64_t memory,
@@ -199,9 +178,11 @@ std::string memory_text(const CaptureJob& job, const OpenedRig& rig) {
                      byte_size(static_cast<double>(job.memory)), byte_size(static_cast<double>(wanted)));
 }
 
-/// Captures while a line shows the progress.
-Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
+/// Captures while a line shows the progress. held: scene_to_replace().
+Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig, const std::string& held) {
   Meter meter("capture", "photographs");
+  if (!held.empty())
+    meter.say(fmt::format("{} holds a scene of {}; this capture will replace it", job.output, held));
   if (const std::string text = memory_text(job, rig); !text.empty()) meter.say(text);
   // The result repeats them. A person may want to stop before the light of hours.
   for (const std::string& warning : rig.trouble().warnings) meter.say("warning: " + warning);
@@ -227,14 +208,14 @@ Result<void> tell_address(const CaptureArguments& arguments, const CapturePage& 
 }
 
 /// The same, and serves the page: of the capture, then of its scene, until Ctrl-C.
-Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job,
-                                     OpenedRig& rig) {
+Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job, OpenedRig& rig,
+                                     const std::string& held) {
   SYMRIG_TRY(const CapturePage page,
              CapturePage::open(rig, {.title = std::filesystem::path(arguments.output).filename().string(),
                                      .port = static_cast<std::uint16_t>(arguments.port.value_or(0)),
                                      .truth = {}}));
   SYMRIG_CHECK(tell_address(arguments, page));
-  Result<CaptureOutcome> captured = run_with_meter(page.watched(job, rig), rig);
+  Result<CaptureOutcome> captured = run_with_meter(page.watched(job, rig), rig, held);
   if (!captured) {
     page.fail(hint_in_command_words(captured.error()).line());
     return captured;
@@ -242,7 +223,7 @@ Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const Ca
   CaptureOutcome outcome = *std::move(captured);
   page.complete(outcome);
   if (!is_standard_output(arguments.json)) {
-    SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output)));
+    SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output, held)));
     SYMRIG_CHECK(print("The page now shows the scene. Ctrl-C ends.\n"));
   }
   while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -277,11 +258,12 @@ Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   if (const auto free = check_job(job); !free) return hint_in_command_words(free.error());
   SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration));
   if (const Result<void> fits = check_rig(options, *rig.probe); !fits) return in_command_words(fits.error());
+  const std::string held = scene_to_replace(job, rig);
   const Result<CaptureOutcome> outcome =
-      arguments.watch ? run_with_page(arguments, job, rig) : run_with_meter(job, rig);
+      arguments.watch ? run_with_page(arguments, job, rig, held) : run_with_meter(job, rig, held);
   if (!outcome) return hint_in_command_words(outcome.error());
   if (is_standard_output(arguments.json) || arguments.watch) return {};
-  return print(result_text(outcome->summary, outcome->result, arguments.output));
+  return print(result_text(outcome->summary, outcome->result, arguments.output, held));
 }
 
 }  // namespace
@@ -344,6 +326,7 @@ Job add_capture(CLI::App& command) {
                    "Serve a page that shows the capture while it runs, and its scene afterwards, until "
                    "Ctrl-C");
   add_port(command, arguments->port);
+  add_progress(command);
   command.footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
                  kExitCodes);
   for (const char* option :

@@ -101,7 +101,7 @@ Result<void> run(const ConformanceArguments& arguments) {
 
 Job add_conformance(CLI::App& command) {
   const auto arguments = std::make_shared<ConformanceArguments>();
-  command.add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
+  command.add_option("uri", arguments->uri, "The board (see below)")->type_name("URI|SERIAL");
   command
       .add_option("--filter", arguments->filter,
                   "Run only the checks whose name matches this regular expression")

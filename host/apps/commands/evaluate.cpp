@@ -13,6 +13,7 @@
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -21,7 +22,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace symrig::apps {
 namespace {
@@ -41,24 +41,20 @@ Result<Judged> against(const TransportOperator& tensor, const EvaluateArguments&
   return judge_by_rig(tensor, *opened.probe, meter.progress());
 }
 
-std::string result_text(const HeldOutError& e) {
-  return fmt::format(
-      "held-out photograph '{}': rms error {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n", e.name,
-      e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
+/// How many held-out photographs there are, and the one that is predicted worst. All are in the JSON.
+std::string result_text(const std::vector<HeldOutError>& held_out) {
+  if (held_out.empty()) return "";
+  const HeldOutError& e = *std::ranges::max_element(held_out, {}, &HeldOutError::relative);
+  const std::string which =
+      held_out.size() == 1 ? fmt::format("held-out photograph '{}'", e.name)
+                           : fmt::format("{} held-out photographs; the worst, '{}'", held_out.size(), e.name);
+  return fmt::format("{}: rms error {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n", which, e.rms,
+                     grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
 }
 
 std::string_view compared_with(const std::string& rig, const Judged& judged) {
   if (!is_simulated(rig)) return "new photographs";
   return judged.ideal ? "the true transport of this bench, through its exact map" : "the true transport";
-}
-
-/// Prints a warning line before the numbers.
-void warn(const std::string& file, const std::vector<std::string>& differs) {
-  if (differs.empty()) return;
-  print_error(
-      "evaluate",
-      fmt::format("warning: {} was captured from another scene: {}; the errors include this difference", file,
-                  fmt::join(differs, ", ")));
 }
 
 Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, const OpenScene& open) {
@@ -85,7 +81,8 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
   if (!arguments.rig.empty()) {
     SYMRIG_TRY(errors, against(*opened.transport, arguments));
     differs = differences_of_scene(captured_scene(scene), errors->rig);
-    warn(arguments.scene, differs);
+    if (const std::string warning = other_scene_warning(arguments.scene, differs); !warning.empty())
+      print_error("evaluate", "warning: " + warning);
   }
   SYMRIG_TRY(const std::vector<HeldOutError> held_out,
              judge_by_photographs(*opened.transport, scene.held_out));
@@ -102,8 +99,7 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
   if (errors && errors->ideal)
     text +=
         "relative errors against the true transport of the ideal coaxial rig\n" + error_table(*errors->ideal);
-  for (const HeldOutError& one : held_out) text += result_text(one);
-  return print(text);
+  return print(text + result_text(held_out));
 }
 
 }  // namespace
@@ -124,6 +120,7 @@ Job add_evaluate_of(CLI::App& command, OpenScene open) {
       ->type_name("RIG");
   add_registration(command, arguments->registration);
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"

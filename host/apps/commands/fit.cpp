@@ -112,6 +112,7 @@ Job add_fit(CLI::App& command) {
                   "Do not use pair N in the fit, and measure how well it is predicted; 0: none (see below)")
       ->type_name("N");
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string("Example:\n"
                   "  symrig fit --from photographs -o real.h5 --json -\n"

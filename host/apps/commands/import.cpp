@@ -113,6 +113,7 @@ Job add_import(CLI::App& command) {
                   "Tolerance, as a share of the flood-lit RMS; a smaller one gives a larger tensor")
       ->type_name("X");
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"

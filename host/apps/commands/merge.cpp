@@ -176,6 +176,7 @@ Job add_merge(CLI::App& command) {
       ->type_name("response.toml")
       ->excludes(sensor);
   add_json(command, arguments->json);
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"

@@ -85,16 +85,24 @@ const char* projector_of(const RelightArguments& arguments) {
   return arguments.from_view.empty() ? "the scene's projector" : "that view";
 }
 
+Result<Image<float>> light_of(const char* command, const RelightArguments& arguments, Grid grid,
+                              const std::string& of) {
+  std::string warning;
+  SYMRIG_TRY(Image<float> light, read_light(arguments.light, grid, of, &warning));
+  if (!warning.empty()) print_error(command, "warning: " + warning);
+  return light;
+}
+
 Result<Image<float>> relit(const RelightArguments& arguments, const OpenedScene& opened) {
   SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, opened));
   SYMRIG_TRY(const Image<float> light,
-             read_light(arguments.light, relighter.light_grid(), projector_of(arguments)));
+             light_of("relight", arguments, relighter.light_grid(), projector_of(arguments)));
   return relighter.relight(light);
 }
 
 Result<Image<float>> dual_picture(const RelightArguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const Image<float> light,
-             read_light(arguments.light, tensor.camera_grid(), "the scene's camera"));
+             light_of("dual", arguments, tensor.camera_grid(), "the scene's camera"));
   return tensor.apply_transposed(light);
 }
 

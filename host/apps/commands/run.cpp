@@ -125,6 +125,7 @@ Job add_run(CLI::App& command) {
       ->type_name("FILE");
   command.add_flag("--clear-fault", arguments->clear_fault,
                    "First clear a fault that an earlier run has latched");
+  add_progress(command);
   command.footer(
       std::string(
           "Example:\n"

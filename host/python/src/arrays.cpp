@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -63,15 +64,20 @@ Image<float> unchecked_image_of(const FloatArray& array, const std::string& name
   return planes_of(array.data(), grid, channels);
 }
 
-FloatArray floats_of(const py::handle& value) {
-  FloatArray array = FloatArray::ensure(value);
-  if (!array) throw py::error_already_set();
-  return array;
+/// Real numbers. Others would lose a part on the way to floats.
+FloatArray floats_of(const py::handle& value, const std::string& name) {
+  const py::array given = py::array::ensure(value);
+  const bool real = given && std::string_view("biufO").find(given.dtype().kind()) != std::string_view::npos;
+  if (FloatArray array = real ? FloatArray::ensure(given) : FloatArray(); real && array) return array;
+  throw Failure{
+      {ErrorCode::bad_value,
+       fmt::format("{} is no array of numbers: {}", name, std::string(py::str(py::type::of(value)))),
+       "give an array of real numbers"}};
 }
 
 /// A picture, or one number for all pixels.
 Image<float> filled_or_image(const py::object& value, const Image<float>& like, const std::string& name) {
-  const FloatArray array = floats_of(value);
+  const FloatArray array = floats_of(value, name);
   if (array.ndim() != 0) return unchecked_image_of(array, name);
   return Image<float>(like.grid(), like.channels(), *array.data());
 }
@@ -80,7 +86,8 @@ using MaskArray = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 Image<std::uint8_t> mask_of(const py::object& value, const Image<float>& like, const std::string& name) {
   const MaskArray array = MaskArray::ensure(value);
-  if (!array) throw py::error_already_set();
+  if (!array)
+    throw Failure{{ErrorCode::bad_value, name + " is no array", "give True or False for each value"}};
   if (array.size() != static_cast<py::ssize_t>(like.values().size()))
     throw Failure{{ErrorCode::size_mismatch,
                    fmt::format("{} has the shape {}, the photograph another", name, shape_text(array)),
@@ -139,15 +146,15 @@ py::array array_of(const std::vector<Image<float>>& images) {
 Radiance radiance_of(const py::handle& answer, Grid grid, int channels, const std::string& name) {
   const bool stated = py::hasattr(answer, "mean") && py::hasattr(answer, "variance");
   if (!stated || py::isinstance<py::array>(answer)) {
-    Image<float> mean = image_of(floats_of(answer), name);
+    Image<float> mean = image_of(floats_of(answer, name), name);
     check_size(mean, grid, channels, name);
     return {std::move(mean), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels, 1)};
   }
-  Radiance photograph{unchecked_image_of(floats_of(answer.attr("mean")), name), {}, {}};
+  Radiance photograph{unchecked_image_of(floats_of(answer.attr("mean"), name), name), {}, {}};
   check_size(photograph.mean, grid, channels, name);
   photograph.variance = filled_or_image(answer.attr("variance"), photograph.mean, "the variance of " + name);
   check_size(photograph.variance, grid, channels, "the variance of " + name);
-  const py::object valid = answer.attr("valid");
+  const py::object valid = py::getattr(answer, "valid", py::none());
   photograph.valid = valid.is_none() ? Image<std::uint8_t>(grid, channels, 1)
                                      : mask_of(valid, photograph.mean, "the valid mask of " + name);
   clear_invalid(photograph);

@@ -16,6 +16,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
@@ -77,7 +78,8 @@ void save_map(const DecodedMap& decoded, const std::string& path) {
 std::string calibrate(const std::string& name, const std::string& output, py::object progress) {
   check(rig_files(name).writes("output", output, FileFormat::registration).check());
   Caller caller(std::move(progress));
-  return caller.run([&]() -> Result<std::string> {
+  std::vector<std::string> warnings;
+  std::string json = caller.run([&]() -> Result<std::string> {
     SYMRIG_TRY(const OpenedRig opened, open_rig_to_calibrate(name, caller.keep_waiting()));
     Probe& rig = *opened.probe;
     RegistrationOptions options;
@@ -85,8 +87,12 @@ std::string calibrate(const std::string& name, const std::string& output, py::ob
     SYMRIG_TRY(const Registration found, register_camera(rig, options));
     SYMRIG_TRY(const CellWeights weights, found.weights());
     if (!output.empty()) SYMRIG_CHECK(save_registration(output, found));
-    return registration_json({found, weights, rig.cost().rig_seconds, {}, rig.views()});
+    const RegistrationSummary summary{found, weights, rig.cost().rig_seconds, {}, rig.views()};
+    warnings = registration_warnings(summary);
+    return registration_json(summary);
   });
+  for (const std::string& text : warnings) warn(text);
+  return json;
 }
 
 template <class T, Image<T> PixelMap::*Member>

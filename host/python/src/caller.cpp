@@ -22,7 +22,8 @@ bool Caller::go_on(const ProgressEvent* event) {
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     if (event == nullptr || callback_.is_none()) return true;
     const py::object told = py::module_::import("symrig._capture")
-                                .attr("Progress")(std::string(event->stage), event->done, event->expected);
+                                .attr("Progress")(std::string(event->stage), event->done, event->expected,
+                                                  event->steps.done, event->steps.expected);
     return !callback_(told).is(py::bool_(false));
   } catch (py::error_already_set& raised) {
     keep(raised);

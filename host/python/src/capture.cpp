@@ -103,6 +103,7 @@ py::tuple run(CaptureJob job, const py::dict& options, RigInUse& rig, py::object
   job.options.progress = rig.caller->progress();
   const SharedPage page = page_of(options, rig.opened, job.output);
   CaptureOutcome outcome = rig.caller->run([&] { return run_on_page(job, rig, page.get()); });
+  for (const std::string& text : capture_warnings(outcome.summary, outcome.result)) warn(text);
   const auto scene = std::make_shared<StoredScene>(StoredScene{
       std::move(outcome.result.tensor), std::move(outcome.json), std::move(outcome.result.held_out)});
   return py::make_tuple(scene, page);

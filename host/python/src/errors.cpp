@@ -37,4 +37,9 @@ void bind_errors(py::module_& /*module*/) {
   });
 }
 
+void warn(const std::string& text) {
+  constexpr int kCaller = 2;  // 1: the function of this package
+  if (PyErr_WarnEx(PyExc_UserWarning, text.c_str(), kCaller) != 0) throw py::error_already_set();
+}
+
 }  // namespace symrig::python

@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 
+#include <string>
 #include <utility>
 
 namespace symrig::python {
@@ -22,5 +23,8 @@ T value_of(Result<T> result) {
 inline void check(const Result<void>& result) {
   if (!result) throw Failure{result.error()};
 }
+
+/// A Python warning at the line that called symrig. Where the user makes warnings errors, it is raised.
+void warn(const std::string& text);
 
 }  // namespace symrig::python

@@ -7,6 +7,7 @@
 #include "symrig/job/light.hpp"
 
 #include <string>
+#include <utility>
 
 namespace symrig::python {
 namespace {
@@ -17,7 +18,10 @@ py::bytes display_png(const FloatArray& picture, double exposure) {
 }
 
 py::array_t<float> light(const std::string& name, const py::handle& shape) {
-  return array_of(value_of(read_light(name, grid_of(shape, "the grid"), "the grid")));
+  std::string warning;
+  Image<float> picture = value_of(read_light(name, grid_of(shape, "the grid"), "the grid", &warning));
+  if (!warning.empty()) warn(warning);
+  return array_of(std::move(picture));
 }
 
 py::dict light_names() {

@@ -26,6 +26,15 @@ int whole_number(const py::object& rig, const char* attribute, int most) {
                  fmt::format("give a whole number from 1 to {}", most)}};
 }
 
+double number_of(const py::object& seconds) {
+  const double number = PyFloat_AsDouble(seconds.ptr());
+  if (PyErr_Occurred() == nullptr) return number;
+  PyErr_Clear();
+  throw Failure{{ErrorCode::bad_value,
+                 fmt::format("the rig's seconds is {}", py::repr(seconds).cast<std::string>()),
+                 "keep a number there, or None"}};
+}
+
 ViewLayout layout_of(const py::object& rig, Grid grid) {
   const Grid given = grid_of(rig.attr("views"), "the rig's views");
   const ViewLayout views{given.rows, given.cols};
@@ -73,7 +82,9 @@ Result<std::vector<Radiance>> PythonProbe::measure(std::span<const Pattern> patt
 
 std::vector<Radiance> PythonProbe::ask(std::span<const Pattern> patterns) {
   const py::object answers = rig_.attr("measure")(stacked(patterns, grid_));
-  if (!py::isinstance<py::sequence>(answers) && !py::isinstance<py::array>(answers))
+  const bool array = py::isinstance<py::array>(answers);
+  const bool text = py::isinstance<py::str>(answers) || py::isinstance<py::bytes>(answers);
+  if (array ? answers.attr("ndim").cast<int>() == 0 : text || !py::isinstance<py::sequence>(answers))
     throw Failure{{ErrorCode::bad_value, "measure() answered " + std::string(py::str(py::type::of(answers))),
                    "answer an array [count, rows, cols], or a list with one photograph for each pattern"}};
   if (const std::size_t count = py::len(answers); count != patterns.size())
@@ -83,7 +94,7 @@ std::vector<Radiance> PythonProbe::ask(std::span<const Pattern> patterns) {
     photographs.push_back(
         radiance_of(answers[py::int_(k)], grid_, channels_, fmt::format("photograph {}", k)));
   const py::object seconds = rig_.attr("seconds");
-  if (!seconds.is_none()) cost_.rig_seconds = seconds.cast<double>();
+  if (!seconds.is_none()) cost_.rig_seconds = number_of(seconds);
   return photographs;
 }
 

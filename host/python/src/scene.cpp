@@ -12,6 +12,7 @@
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/node_counts.hpp"
+#include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/adjoint.hpp"
 #include "symrig/tensor/view_relight.hpp"
@@ -157,9 +158,16 @@ py::dict errors_of(const TransportErrors& errors) {
   return all;
 }
 
+void warn_of_other_scene(const StoredScene& scene, const Judged& judged) {
+  const std::string text =
+      other_scene_warning("the scene", differences_of_scene(captured_scene(scene), judged.rig));
+  if (!text.empty()) warn(text);
+}
+
 py::tuple errors_by_truth(const StoredScene& scene, const std::string& rig, py::object progress) {
   Caller caller(std::move(progress));
   const Judged judged = caller.run([&] { return judge_by_truth(scene.tensor, rig, caller.progress()); });
+  warn_of_other_scene(scene, judged);
   return py::make_tuple(errors_of(judged.errors.value), errors_of(judged.errors.half_width));
 }
 
@@ -204,6 +212,7 @@ void save(const StoredScene& scene, const std::string& path) {
 
 py::tuple errors_by_rig(const StoredScene& scene, Probe& rig, Caller& caller) {
   const Judged judged = caller.run([&] { return judge_by_rig(scene.tensor, rig, caller.progress()); });
+  warn_of_other_scene(scene, judged);
   return py::make_tuple(errors_of(judged.errors.value), errors_of(judged.errors.half_width));
 }
 

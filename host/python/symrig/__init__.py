@@ -7,6 +7,7 @@ photograph = scene @ light
 See docs/python.md.
 """
 
+from . import _built
 from ._board import Board, Program
 from ._calibration import PixelMap, calibrate, decode, gray_code, merge
 from ._capture import Progress, Rig, capture, open_rig

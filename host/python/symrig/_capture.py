@@ -21,11 +21,16 @@ class Progress(NamedTuple):
         stage: what is done at the moment, such as "level 3".
         done: units done so far (photographs in a capture).
         expected: units expected so far; 0: not known.
+        steps: steps of computing work that a capture has done in this stage. A step is a few ms. They move while
+            `done` stands still.
+        steps_expected: by the end of the stage; 0: not known.
     """
 
     stage: str
     done: int
     expected: int
+    steps: int = 0
+    steps_expected: int = 0
 
 
 ProgressCallback = Callable[[Progress], Any]
@@ -153,7 +158,8 @@ def capture(
         log: keep the photographs in OUTPUT.log until OUTPUT is complete.
         resume: continue an interrupted capture from its log, if there is one.
         keep_log: do not delete the log at the end.
-        progress: called with a Progress after each photograph. If it returns False, the capture stops.
+        progress: called with a Progress after each photograph, or the few that a rig takes together, and after each
+            step of computing work, until the scene is written. If it returns False, the capture stops there.
         watch: serve the page of `symrig capture --watch`: True at a free port of 127.0.0.1, or the number of a port.
             The address is printed. Afterwards the page shows the scene, until the scene is deleted or
             scene.close_page() is called. If the capture fails, the page says why, and ends.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
@@ -59,6 +60,18 @@ def _mismatch(given: Tuple[int, ...], wanted: str) -> Exception:
     return error_of(303, "size_mismatch", f"the array has the shape {given}", f"give {wanted}")
 
 
+def _refuse_codes(x: NDArray[Any]) -> None:
+    """Bytes of 0 and 1 are a mask. Others are the codes of a picture file, 255 or 65535 times too bright."""
+    if x.dtype.kind == "u" and x.dtype.itemsize <= 2 and x.size and x.max() > 1:
+        white = np.iinfo(x.dtype).max
+        raise error_of(
+            304,
+            "bad_value",
+            f"the picture has codes from 0 to {x.max()} ({x.dtype}), but light is 1 where the projector is fully on",
+            f"read the file with symrig.light(), or divide the picture by {white}",
+        )
+
+
 class _Pictures(LinearOperator):
     """An operator between pictures. It takes pictures, batches of pictures on the last axis, and flat vectors.
 
@@ -84,8 +97,15 @@ class _Pictures(LinearOperator):
         if isinstance(x, LinearOperator) or np.isscalar(x):
             return super().dot(x)
         x = np.asarray(x)
+        _refuse_codes(x)
         if x.shape == self.in_shape:
             return self._apply_one(x)
+        if len(self.in_shape) == 2 and x.shape == (*self.in_shape, 3):
+            warnings.warn(
+                "the last axis counts lights: these are 3 lights, not one in colour; symrig.gray(picture) is the light"
+                " of a picture in colour",
+                stacklevel=3,
+            )
         if x.ndim == len(self.in_shape) + 1 and x.shape[:-1] == self.in_shape:
             return np.moveaxis(self._apply_many(np.moveaxis(x, -1, 0)), 0, -1)
         if x.ndim in (1, 2) and x.shape[0] == self.shape[1]:
@@ -187,6 +207,7 @@ class Scene(_Pictures):
             views: rows and columns of views that tile the pictures; None: those of the scene.
         """
         array = np.asarray(lights)
+        _refuse_codes(array)
         if from_view is None and to_view is None and views is None:
             return self @ (array if array.ndim > 1 else array.reshape(self.in_shape))
 
@@ -206,7 +227,9 @@ class Scene(_Pictures):
         Returns:
             The projector's picture, with the scene's channels.
         """
-        return self._stored.dual(np.asarray(light))
+        array = np.asarray(light)
+        _refuse_codes(array)
+        return self._stored.dual(array)
 
     def channel(self, index: int) -> "Channel":
         """One channel of a colour scene, as a square operator between pictures of one channel."""

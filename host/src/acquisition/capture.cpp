@@ -24,8 +24,9 @@ Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
   // With a log this has been asked of the rig itself: a log that is continued plans no exposures, whatever
   // the rig does.
   if (settings.log == nullptr) SYMRIG_CHECK(check_rig(options, probe));
-  if (too_small_to_search(probe.grid(), settings)) return acquisition::capture_brute(probe, settings);
-  return algorithm_info(settings.algorithm).run(probe, settings);
+  const auto run = too_small_to_search(probe.grid(), settings) ? acquisition::capture_brute
+                                                               : algorithm_info(settings.algorithm).run;
+  return stoppable(settings.work, [&] { return run(probe, settings); });
 }
 
 }  // namespace symrig

@@ -145,7 +145,7 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options) {
                            .target_error = options.target_error,
                            .keeps_tolerance = options.tolerance || options.rule,
                            .log = options.log,
-                           .progress = options.progress,
+                           .work = Work(options.progress),
                            .foretell = options.foretell,
                            .watch = options.watch};
   if (options.tolerance) settings.rule.flood_fraction = settings.rule.empty_fraction = *options.tolerance;

@@ -10,6 +10,7 @@ namespace {
 constexpr double kShortest = 0.3;  // s; before this, the start-up dominates the measurement
 constexpr double kWindow =
     0.5;  // of the elapsed time; so photographs that came from a log soon stop counting
+constexpr double kClose = 1e-3;  // of the elapsed time; moments that are closer are one
 constexpr double kRoom =
     3;  // largest ratio of the bounds: the mean is then wrong by less than a factor of two
 constexpr double kFinishing = 0.3;  // of the elapsed time; upper bound for the work after the last unit
@@ -19,12 +20,18 @@ constexpr double kSlower =
 }  // namespace
 
 void TimeToGo::report(const ProgressEvent& event, double seconds) {
-  if (!moments_.empty() && event.done < moments_.back().done) moments_.clear();  // the count of another job
-  moments_.push_back({seconds, event.done});
+  const std::int64_t done = event.computing ? event.steps.done : event.done;
+  const std::int64_t expected = event.computing ? event.steps.expected : event.expected;
+  // The count of another job, or of another kind.
+  if (event.computing != computing_ || (!moments_.empty() && done < moments_.back().done)) moments_.clear();
+  computing_ = event.computing;
+  const bool soon = moments_.size() > 2 && seconds - moments_[moments_.size() - 2].seconds < kClose * seconds;
+  if (soon) moments_.pop_back();
+  moments_.push_back({seconds, done});
   // The first moment that stays begins the window.
   while (moments_.size() > 2 && moments_[1].seconds <= seconds * (1 - kWindow)) moments_.pop_front();
-  left_ = std::max<std::int64_t>(0, event.expected - event.done);
-  later_ = event.expected > 0 ? event.later : UnitsToCome{};
+  left_ = std::max<std::int64_t>(0, expected - done);
+  later_ = expected > 0 ? event.later : UnitsToCome{};
 }
 
 /// Seconds for each unit.

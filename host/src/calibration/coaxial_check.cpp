@@ -4,6 +4,7 @@
 #include "calibration/coaxial_comb.hpp"
 #include "calibration/double_image.hpp"
 #include "calibration/flare_fit.hpp"
+#include "calibration/registration/photograph_each.hpp"
 
 #include <algorithm>
 #include <array>
@@ -139,10 +140,15 @@ bool finite(const Radiance& photograph) {
   return true;
 }
 
-Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb, std::span<const int> offsets) {
+Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb, std::span<const int> offsets,
+                                   const Progress& progress) {
   std::vector<Pattern> patterns;
   for (const int offset : offsets) patterns.push_back(comb.pattern(offset));
-  SYMRIG_TRY(auto photographs, probe.measure(patterns));
+  // A rig that computes takes all of them at once in a moment.
+  SYMRIG_TRY(auto photographs,
+             progress && !probe.computes()
+                 ? calibration::photograph_each(probe, patterns, "check of the axis", progress)
+                 : probe.measure(patterns));
   if (photographs.size() != patterns.size())
     return Error{ErrorCode::frame_missing, fmt::format("the rig answered {} patterns with {} photographs",
                                                        patterns.size(), photographs.size())};
@@ -158,7 +164,8 @@ Result<DoubleImage> find_double_image(Probe& probe, const Comb& comb, std::span<
   const auto distance =
       calibration::suspect_double_image(comb, photographs, check.options.smallest_second / 2);
   if (!distance) return DoubleImage{};
-  SYMRIG_TRY(const auto there, show(probe, comb, std::array{comb.offsets.front() + *distance}));
+  SYMRIG_TRY(const auto there,
+             show(probe, comb, std::array{comb.offsets.front() + *distance}, check.options.progress));
   ++check.photographs;
   return calibration::prove_double_image(comb, photographs, there.front(), *distance);
 }
@@ -190,7 +197,7 @@ std::optional<AxisCheck> shifted_beyond(const Comb& comb, std::span<const Radian
 Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
   const auto comb = calibration::make_comb(which, probe.grid());
   if (!comb) return AxisCheck{};
-  SYMRIG_TRY(const auto photographs, show(probe, *comb, comb->offsets));
+  SYMRIG_TRY(const auto photographs, show(probe, *comb, comb->offsets, check.options.progress));
   check.photographs += std::ssize(photographs);
   if (const auto beyond = shifted_beyond(*comb, photographs)) return *beyond;
   const auto found = imbalances(*comb, photographs);

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -44,8 +45,8 @@ Result<void> check_symmetric(const OpenedRig& rig, Algorithm algorithm) {
   return error;
 }
 
-Result<void> check_axis(Probe& rig) {
-  Result<void> checked = require_coaxial(rig);
+Result<void> check_axis(Probe& rig, const Progress& progress) {
+  Result<void> checked = require_coaxial(rig, {.progress = progress});
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
   Error error = checked.error();
   error.hint += ", or capture without check_axis";
@@ -83,9 +84,13 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
   return CaptureOutcome{std::move(summary), std::move(result), {}};
 }
 
-Result<void> save(const std::string& path, CaptureOutcome& outcome) {
+Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progress& progress) {
   StoredScene scene{outcome.result.tensor, outcome.json, std::move(outcome.result.held_out)};
-  Result<void> saved = save_scene(path, scene);
+  const Work work(progress);
+  Result<void> saved = stoppable(work, [&]() -> Result<void> {
+    work.begin("writing the scene", 0, outcome.result.patterns);
+    return save_scene(path, scene, work);
+  });
   outcome.result.held_out = std::move(scene.held_out);
   return saved;
 }
@@ -95,7 +100,7 @@ Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSett
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
   if (job.accept) SYMRIG_CHECK(job.accept(outcome.result));
   outcome.json = capture_json(outcome.summary, outcome.result);
-  if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome));
+  if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome, job.options.progress));
   if (!job.json.empty()) SYMRIG_CHECK(write_text_output(job.json, outcome.json));
   return outcome;
 }
@@ -146,6 +151,15 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
   return check_symmetric(rig, job.options.algorithm);
 }
 
+std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig) {
+  std::error_code ignored;
+  if (job.output.empty() || !std::filesystem::exists(job.output, ignored)) return "";
+  const auto held = load_scene(job.output, {.memory = 1});  // leaves stay in the file
+  if (!held) return "";
+  std::string scene = captured_scene(*held);
+  return scene == rig.probe->describe() ? "" : scene;
+}
+
 std::int64_t least_memory(Grid grid, int channels) {
   // Each thread that applies transport has sixteen photographs as floats.
   const std::int64_t applied = grid.size() * 16 * 4 * tbb::this_task_arena::max_concurrency();
@@ -165,7 +179,8 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
-  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping)) SYMRIG_CHECK(check_axis(*rig.probe));
+  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping))
+    SYMRIG_CHECK(check_axis(*rig.probe, job.options.progress));
   const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
   if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
   // Nobody asked for the usual memory, so it is no reason to refuse.

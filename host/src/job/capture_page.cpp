@@ -47,6 +47,8 @@ class Reporter {
     scene_.show(LiveStatus{.stage = stage_,
                            .done = event.done,
                            .expected = event.expected,
+                           .steps = event.steps,
+                           .computing = event.computing,
                            .frames = cost_.frames,
                            .rig_seconds = cost_.rig_seconds,
                            .to_go = to_go_.seconds(),

@@ -7,6 +7,7 @@
 #include "symrig/image/resample.hpp"
 #include "symrig/report/letters.hpp"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <string_view>
@@ -35,9 +36,17 @@ Error no_light(const std::string& light) {
           fmt::format("{}built-in lights: {}", suggestion(light, names), listed(names))};
 }
 
+/// Channels that differ.
+bool has_colour(const Image<float>& picture) {
+  for (int channel = 1; channel < picture.channels(); ++channel)
+    if (!std::ranges::equal(picture.plane(channel), picture.plane(0))) return true;
+  return false;
+}
+
 }  // namespace
 
-Result<Image<float>> read_light(const std::string& light, Grid grid, const std::string& of) {
+Result<Image<float>> read_light(const std::string& light, Grid grid, const std::string& of,
+                                std::string* warning) {
   for (const BuiltInLight& one : kBuiltIn)
     if (one.name == light) return one.draw(grid);
   std::error_code ignored;
@@ -48,6 +57,8 @@ Result<Image<float>> read_light(const std::string& light, Grid grid, const std::
                  fmt::format("{} is {}, {} is {} (rows x columns)", light, to_string(picture.grid()), of,
                              to_string(grid)),
                  fmt::format("scale the picture to {} rows and {} columns", grid.rows, grid.cols)};
+  if (warning != nullptr && has_colour(picture))
+    *warning = fmt::format("{} is in colour; its luminance is the light, because patterns are white", light);
   return to_gray(picture);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/trouble.hpp"
 
+#include "symrig/report/summary.hpp"
+
 #include <fmt/format.h>
 
 namespace symrig {
@@ -12,7 +14,7 @@ void add_reopened(std::vector<std::string>& lines, const char* device, std::int6
 
 }  // namespace
 
-std::vector<std::string> trouble_lines(const RigTrouble& trouble) {
+std::vector<std::string> repair_lines(const RigTrouble& trouble) {
   std::vector<std::string> lines;
   if (trouble.retaken > 0)
     lines.push_back(fmt::format("{} photographs were retaken; frames: {}", trouble.retaken,
@@ -22,12 +24,12 @@ std::vector<std::string> trouble_lines(const RigTrouble& trouble) {
   add_reopened(lines, "projector", trouble.projectors_reopened);
   if (trouble.registered_again > 0)
     lines.push_back(fmt::format("the rig moved and was registered again {} times", trouble.registered_again));
-  if (!trouble.exposures.empty())
-    lines.push_back(fmt::format(
-        "warning: exposure times and pixel values do not match: {}; check exposure_offset, the strobe "
-        "line and the camera's linearity",
-        trouble.exposures));
-  for (const std::string& warning : trouble.warnings) lines.push_back(fmt::format("warning: {}", warning));
+  return lines;
+}
+
+std::vector<std::string> trouble_lines(const RigTrouble& trouble) {
+  std::vector<std::string> lines = repair_lines(trouble);
+  for (const std::string& warning : rig_warnings(trouble)) lines.push_back("warning: " + warning);
   return lines;
 }
 

@@ -70,6 +70,13 @@ const AlignmentFinding* same_goal(const AlignmentUpdate* update, AlignmentGoal g
 
 }  // namespace
 
+std::string missed_goals(const std::vector<AlignmentFinding>& findings) {
+  std::string names;
+  for (const AlignmentFinding& f : findings)
+    if (!f.good) names += (names.empty() ? "" : ", ") + std::string(report::name_of(f.goal));
+  return names;
+}
+
 std::string alignment_json(const AlignmentUpdate& update) {
   const Alignment& a = update.alignment;
   const MapShape& s = a.shape;

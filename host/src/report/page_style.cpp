@@ -59,6 +59,8 @@ table.facts td { overflow-wrap: break-word; }
 table.facts th { color: var(--soft); padding-right: 1.2rem; }
 .wide { overflow-x: auto; max-width: 100%; } .wide tbody th, .wide td { white-space: nowrap; }
 .wide td.words { white-space: normal; }
+@media (max-width: 40rem) { .wide table { font-size: 0.8rem; } .wide th, .wide td, .wide tbody th { white-space: normal;
+  padding: 0.15rem 0.25rem 0.15rem 0; hyphens: auto; } td.words, th.words { min-width: 0; } }
 pre.wide { background: var(--card); border: 1px solid var(--line); border-radius: 0.4rem; padding: 0.6rem; max-height: 30rem;
   overflow: auto; }
 summary { cursor: pointer; }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace symrig {
 namespace {
@@ -60,6 +61,12 @@ std::vector<std::string> differences_of_scene(const std::string& captured, const
   if (!file || !given) return {fmt::format("the rig is {}, the file's is {}", rig, captured)};
   if (same_light(*file, *given)) return {};
   return differences(*file, *given);
+}
+
+std::string other_scene_warning(const std::string& of, const std::vector<std::string>& differs) {
+  if (differs.empty()) return "";
+  return fmt::format("{} was captured from another scene: {}; the errors include this difference", of,
+                     fmt::join(differs, ", "));
 }
 
 }  // namespace symrig

@@ -102,19 +102,23 @@ std::string ghost_text(const CameraGhost& ghost) {
       side(ghost.place.col, "left", "right"));
 }
 
+std::vector<std::string> registration_warnings(const RegistrationSummary& summary) {
+  if (summary.registration.shift) return {};
+  const auto coaxial = require_coaxial(summary.shape.parallax);
+  if (coaxial) return {};
+  return {coaxial.error().line() +
+          "; captures with algorithm brute or dual, and maps (-o map.exr), work all the same"};
+}
+
 namespace {
 
 std::string shape_text(const MapShape& shape) {
-  std::string lines = fmt::format(
+  return fmt::format(
       "the camera is turned by {:.2f}° {}, and its middle looks {:+.2f} rows and {:+.2f} columns beside the "
       "middle of the cells\n"
       "parallax: {:.2f} cells from the nearest to the farthest part of the scene\n",
       std::abs(shape.turn), shape.turn < 0 ? "counter-clockwise" : "clockwise", shape.shift.row,
       shape.shift.col, shape.parallax.range);
-  if (const auto coaxial = require_coaxial(shape.parallax); !coaxial)
-    lines += "warning: " + coaxial.error().line() +
-             "; captures with algorithm brute or dual, and maps (-o map.exr), work all the same\n";
-  return lines;
 }
 
 }  // namespace
@@ -128,20 +132,27 @@ std::string registration_text(const RegistrationSummary& summary) {
   for (std::size_t k = 0; k < r.maps.size(); ++k) {
     const CameraMap& map = r.maps[k];
     const std::string name = r.maps.size() > 1 ? fmt::format("map of channel {}", k) : "map";
-    lines += fmt::format(
-        "{}: error {:.4f} cells along an axis, from {} edges; {} of the edges do not fit (depth edges, "
-        "mirrors)\n",
-        name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
+    if (r.shift) break;  // no edges were looked for: told below
+    lines +=
+        map.edges() == 0
+            ? fmt::format("{}: error {:.4f} cells along an axis, from the decoded pixels\n", name,
+                          map.error())
+            : fmt::format(
+                  "{}: error {:.4f} cells along an axis, from {} edges; {} of the edges do not fit "
+                  "(depth edges, mirrors)\n",
+                  name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
   }
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
                        grouped(static_cast<double>(r.cells.size())));
   if (!r.shift) lines += shape_text(summary.shape);
+  for (const std::string& warning : registration_warnings(summary)) lines += "warning: " + warning + "\n";
   if (r.shift)
     lines += fmt::format(
-        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; "
-        "a cell's variance is {:.2f} of a pixel's\n",
-        r.shift->row, r.shift->col, weights.noise_share());
+        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns, each known to "
+        "{:.4f}: "
+        "corrected; a cell's variance is {:.2f} of a pixel's\n",
+        r.shift->row, r.shift->col, r.error(), weights.noise_share());
   else if (r.weighting() == Weighting::cores)
     lines += fmt::format(
         "{}a cell is measured by the pixels that lie at least {:.4f} cells inside it, and gets its part of "

@@ -4,6 +4,7 @@
 #include "report/capture_facts.hpp"
 #include "report/json_text.hpp"
 #include "symrig/report/node_counts.hpp"
+#include "symrig/report/text.hpp"
 
 #include <algorithm>
 
@@ -128,6 +129,43 @@ Json trouble_json(const RigTrouble& trouble) {
 }
 
 }  // namespace
+
+std::vector<std::string> rig_warnings(const RigTrouble& trouble) {
+  std::vector<std::string> all;
+  if (!trouble.exposures.empty())
+    all.push_back(fmt::format(
+        "exposure times and pixel values do not match: {}; check exposure_offset, the strobe line and the "
+        "camera's linearity",
+        trouble.exposures));
+  all.insert(all.end(), trouble.warnings.begin(), trouble.warnings.end());
+  return all;
+}
+
+std::vector<std::string> capture_warnings(const CaptureSummary& summary, const CaptureResult& result) {
+  using text::grouped, text::percent;
+  std::vector<std::string> all = rig_warnings(summary.trouble);
+  if (const std::int64_t brute = result.tensor.projector_grid().size(); result.patterns > brute)
+    all.push_back(fmt::format("{} photographs more than brute force needs; algorithm symrig never takes more",
+                              grouped(static_cast<double>(result.patterns - brute))));
+  const bool missed = summary.target_error > 0 && result.stated_error().value_or(0) > summary.target_error;
+  if (missed && result.stopped_by == "done")
+    all.push_back(fmt::format(
+        "estimated error and uncertainty are above the target of {}; a smaller tolerance may help",
+        percent(summary.target_error)));
+  if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
+    all.push_back(
+        fmt::format("held-out photographs find {} leaves wrong that could not be split; the estimated errors "
+                    "contain them",
+                    result.suspects));
+  for (const std::string& finding : result.noise_check.findings)
+    all.push_back(finding + "; estimated errors and rank tests rely on the stated noise");
+  if (result.gain_mismatch.found)
+    all.push_back(fmt::format(
+        "by reciprocity, the camera's gain differs from the projector's by {} rms over the picture; the "
+        "estimated errors contain it; calibrate the rig (symrig calibrate), or give both the same vignetting",
+        percent(result.gain_mismatch.rms)));
+  return all;
+}
 
 std::string capture_json(const CaptureSummary& summary, const CaptureResult& result) {
   const TransportTensor& tensor = result.tensor;

@@ -32,6 +32,18 @@ int sync_file(const fs::path& path) {
   return synced && file.close() ? 0 : errno;
 }
 
+/// Deletes what is left of a file.
+struct Leftover {
+  fs::path path;
+  explicit Leftover(fs::path of) : path(std::move(of)) {}
+  Leftover(const Leftover&) = delete;
+  Leftover& operator=(const Leftover&) = delete;
+  ~Leftover() {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  }
+};
+
 /// Writes a complete file and syncs it to the disk. Returns 0, or the errno of what failed.
 int write_new(const fs::path& path, const std::function<bool(hid_t file)>& fill) {
   Output output;
@@ -123,13 +135,10 @@ Result<void> write_file(const fs::path& path, const std::function<bool(hid_t fil
   be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);
-  const int cause = write_new(temporary, fill);
-  Result<void> done =
-      cause == 0 ? replace_file(temporary, target) : Result<void>(cannot_be_written(path, cause));
-  // With a full disk, a part of the file may remain, even if HDF5 could not begin.
-  std::error_code ignored;
-  if (!done) fs::remove(temporary, ignored);
-  return done;
+  // With a full disk, a part of the file may remain, even if HDF5 could not begin. fill() may throw.
+  const Leftover leftover{temporary};
+  if (const int cause = write_new(temporary, fill); cause != 0) return cannot_be_written(path, cause);
+  return replace_file(temporary, target);
 }
 
 }  // namespace symrig::tensor::h5

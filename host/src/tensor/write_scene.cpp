@@ -15,6 +15,9 @@ using tensor::Half;
 /// The largest half of a column in the file is near 1, because h5py shows such numbers best.
 constexpr int kUnscaledTop = 0;
 
+/// Of a value, for Work: rounded, packed and written at some 100 MB/s.
+constexpr std::int64_t kOperations = 64;
+
 /// Groups of values that share an exponent: values ≈ halves · 2^exponent.
 class HalfValues {
  public:
@@ -55,7 +58,7 @@ bool write_root(hid_t file, const StoredScene& scene) {
 
 /// Writes the factors of all leaves, an exponent for each column, as they come. read: whether they could be
 /// read.
-bool write_factors(hid_t group, const TransportTensor& t, Result<void>& read) {
+bool write_factors(hid_t group, const TransportTensor& t, const Work& work, Result<void>& read) {
   std::size_t values = 0, columns = 0;
   for (const Leaf& leaf : t.leaves()) {
     values += leaf.values(t.channels());
@@ -64,8 +67,10 @@ bool write_factors(hid_t group, const TransportTensor& t, Result<void>& read) {
   h5::NewRun<Half> factors(group, "factors", values);
   h5::NewRun<std::int32_t> exponents(group, "exponents", columns);
   bool ok = factors.ok() && exponents.ok();
+  Tally tally(work);
   read = t.visit_leaves([&](const Leaf& leaf, std::span<const float> of_leaf) {
     HalfValues halves(of_leaf.size());
+    tally.add(kOperations * std::ssize(of_leaf));
     for (int channel = 0; channel < t.channels(); ++channel) {
       for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
         for (std::int32_t k = 0; k < leaf.rank; ++k) {
@@ -79,7 +84,7 @@ bool write_factors(hid_t group, const TransportTensor& t, Result<void>& read) {
   return ok && read.ok() && factors.close() && exponents.close();
 }
 
-bool write_leaves(hid_t group, const TransportTensor& t, Result<void>& read) {
+bool write_leaves(hid_t group, const TransportTensor& t, const Work& work, Result<void>& read) {
   std::vector<std::int32_t> range, rank, level;
   for (const Leaf& leaf : t.leaves()) {
     range.insert(range.end(), {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end});
@@ -89,7 +94,7 @@ bool write_leaves(hid_t group, const TransportTensor& t, Result<void>& read) {
   const hsize_t n = rank.size();
   return h5::write_dataset<std::int32_t>(group, "range", {n, 4}, range) &&
          h5::write_dataset<std::int32_t>(group, "rank", {n}, rank) &&
-         h5::write_dataset<std::int32_t>(group, "level", {n}, level) && write_factors(group, t, read);
+         h5::write_dataset<std::int32_t>(group, "level", {n}, level) && write_factors(group, t, work, read);
 }
 
 bool write_empties(hid_t group, const TransportTensor& t) {
@@ -159,8 +164,10 @@ bool write_bands(hid_t group, const TransportTensor& t) {
   return true;
 }
 
-bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
+bool write_held_out(hid_t group, const std::vector<HeldOut>& all, const Work& work) {
   for (std::size_t k = 0; k < all.size(); ++k) {
+    work.add(kOperations *
+             (all[k].pattern.grid().size() + all[k].photograph.channels() * all[k].photograph.grid().size()));
     const HeldOut& one_of = all[k];
     const h5::Handle place = h5::new_group(group, std::to_string(k));
     const Grid p = one_of.pattern.grid();
@@ -177,7 +184,7 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
   return true;
 }
 
-bool write_all(hid_t file, const StoredScene& scene, Result<void>& read) {
+bool write_all(hid_t file, const StoredScene& scene, const Work& work, Result<void>& read) {
   const TransportTensor& t = scene.tensor;
   const h5::Handle leaves = h5::new_group(file, "leaves"), diagonal = h5::new_group(file, "diagonal"),
                    scalars = h5::new_group(file, "scalars"), columns = h5::new_group(file, "columns"),
@@ -185,17 +192,18 @@ bool write_all(hid_t file, const StoredScene& scene, Result<void>& read) {
   const bool made =
       leaves.ok() && diagonal.ok() && scalars.ok() && columns.ok() && bands.ok() && held_out.ok();
   return made && write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
-         tensor::write_tree(file, "projector", t.projector_tree()) && write_leaves(leaves.id(), t, read) &&
-         write_empties(leaves.id(), t) && write_scalars(diagonal.id(), scalars.id(), t) &&
-         write_columns(columns.id(), t) && write_bands(bands.id(), t) &&
-         write_held_out(held_out.id(), scene.held_out);
+         tensor::write_tree(file, "projector", t.projector_tree()) &&
+         write_leaves(leaves.id(), t, work, read) && write_empties(leaves.id(), t) &&
+         write_scalars(diagonal.id(), scalars.id(), t) && write_columns(columns.id(), t) &&
+         write_bands(bands.id(), t) && write_held_out(held_out.id(), scene.held_out, work);
 }
 
 }  // namespace
 
-Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
+Result<void> save_scene(const fs::path& path, const StoredScene& scene, const Work& work) {
   Result<void> read;
-  const Result<void> written = h5::write_file(path, [&](hid_t file) { return write_all(file, scene, read); });
+  const Result<void> written =
+      h5::write_file(path, [&](hid_t file) { return write_all(file, scene, work, read); });
   return read ? written : read;
 }
 

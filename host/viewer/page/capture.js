@@ -70,15 +70,18 @@ export class RunningCapture {
   }
 
   show(now) {
-    const of = now.expected > 0 ? ` of ${now.expected}` : "";
-    field("capture-stage").textContent = now.stage ? `Capturing: ${now.stage}, ${now.done}${of} photographs` : "The capture begins";
+    const [done, expected] = now.computing ? [now.steps, now.stepsExpected] : [now.done, now.expected];
+    const of = expected > 0 ? ` of ${expected}` : "";
+    const unit = now.computing ? `steps, ${now.done} photographs` : "photographs";
+    field("capture-stage").textContent = now.stage ? `Capturing: ${now.stage}, ${done}${of} ${unit}` : "The capture begins";
     const bar = field("capture-bar");
-    if (now.expected > 0) [bar.max, bar.value] = [now.expected, now.done];
+    if (expected > 0) [bar.max, bar.value] = [expected, done];
     else bar.removeAttribute("value");
     const to_go = now.toGo === null ? "time to go not known yet" : `about ${time_text(now.toGo)} to go`;
     field("capture-numbers").textContent = [
       `${now.frames} frames`,
       `${now.lostFrames} lost`,
+      ...(now.computing ? [] : [`${now.steps} steps computed`]),
       `${time_text(now.rigSeconds)} of rig time`,
       `${time_text(now.seconds)} elapsed`,
       ...(now.failed === null ? [to_go] : []),

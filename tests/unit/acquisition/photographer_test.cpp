@@ -176,7 +176,7 @@ TEST(Photographer, a_user_who_stops_it_gets_no_further_batch) {
   WatchedProbe probe(1);
   const BlockTree tree(probe.grid());
   int events = 0;
-  Photographer photographer(probe, nullptr, tree, [&](const ProgressEvent&) { return ++events < 2; });
+  Photographer photographer(probe, nullptr, tree, Work([&](const ProgressEvent&) { return ++events < 2; }));
   Used used;
   const auto taken = photographer.take(
       "all", pixels(), [&](std::int64_t first, std::span<TreePhotograph> some) { used.add(first, some); });

@@ -10,6 +10,7 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/base/work.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/split.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
@@ -86,7 +87,9 @@ struct CaptureOptions {
   double target_error = 0;
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
-  Progress progress = {};  ///< may be empty
+  /// May be empty. Asked after each photograph, or the few that a rig takes together, and after each step of
+  /// computing work (Work::kStep), until the tensor is complete.
+  Progress progress = {};
   /// Called by the thread that captures, once the flood-lit and the held-out photographs are taken; may be
   /// empty. A target that needs another search has another forecast. Only algorithms with held-out
   /// photographs call it.
@@ -111,7 +114,7 @@ struct CaptureSettings {
   double target_error = 0;        ///< 0: none
   bool keeps_tolerance = false;   ///< the user has given one: a target chooses no other
   PhotographLog* log = nullptr;
-  Progress progress = {};
+  Work work = {};  ///< tells CaptureOptions::progress
   std::function<void(const CaptureForecast&)> foretell = {};
   std::function<void(const CaptureSnapshot&)> watch = {};
 };

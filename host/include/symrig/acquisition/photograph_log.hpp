@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -137,6 +138,8 @@ class LoggedProbe final : public Probe {
   ProbeCost cost() const override;
   std::size_t together() const override { return together_; }
   bool computes() const override { return inner_.computes(); }
+  /// After each photograph that the log gives, and after each run that it keeps.
+  void tell(TakenSome taken) override { taken_ = std::move(taken); }
   std::string describe() const override { return inner_.describe(); }
 
   /// Photographs answered from the log so far.
@@ -146,6 +149,7 @@ class LoggedProbe final : public Probe {
   Result<std::optional<Radiance>> replay(const Pattern& pattern, const Expectation* expected);
   Result<void> leave_log(std::vector<Radiance>& photographs, bool planned);
   Result<void> go_on();
+  Result<void> told(std::size_t photographs) const;
   Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
                           std::vector<Radiance>& photographs);
 
@@ -156,6 +160,7 @@ class LoggedProbe final : public Probe {
   bool measuring_ = false;   // the log is used up: inner_ answers
   ProbeCost replayed_cost_;  // by the last photograph that was replayed
   ProbeCost before_;         // of inner_ when it took over
+  TakenSome taken_;
 };
 
 }  // namespace symrig

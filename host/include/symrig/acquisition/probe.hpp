@@ -7,7 +7,9 @@
 #include "symrig/image/radiance.hpp"
 #include "symrig/image/view_layout.hpp"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -72,6 +74,13 @@ class Probe {
   /// true: photographs keep the processors of this computer busy. false: a capture works on the photographs
   /// before while this rig takes the next ones.
   virtual bool computes() const { return together() > 1; }
+
+  /// Called while a measure() runs, when it has taken so many further photographs. false: measure() ends with
+  /// `interrupted` as soon as it can. What is in a log by then stays there.
+  using TakenSome = std::function<bool(std::size_t photographs)>;
+  /// Whom to tell from now on; empty: nobody. A probe that has all photographs of a call at once tells
+  /// nothing.
+  virtual void tell(TakenSome /*taken*/) {}
 
   virtual ProbeCost cost() const = 0;
 

@@ -16,12 +16,20 @@ struct UnitsToCome {
 };
 inline constexpr UnitsToCome kNoneToCome{0, 0};
 
+/// Computing work of one stage, in steps (Work::kStep).
+struct StepCount {
+  std::int64_t done = 0;
+  std::int64_t expected = 0;  ///< by the end of the stage; 0 = not known
+};
+
 /// The state of a long job. The library reports it; only apps/ print it.
 struct ProgressEvent {
   std::string_view stage;     ///< "level 3", "decoding", ...
   std::int64_t done = 0;      ///< units finished (photographs in a capture)
   std::int64_t expected = 0;  ///< units expected in this stage so far; 0 = not known
   UnitsToCome later = {};     ///< after this stage
+  StepCount steps = {};       ///< of a capture: what the computer has done in this stage
+  bool computing = false;     ///< the stage has no units of its own: its steps move, `done` stands still
 };
 
 /// Called by the thread that does the work. Return false to stop the job; it then ends with

@@ -28,6 +28,7 @@ class TimeToGo {
   std::optional<double> pace() const;
 
   std::deque<Moment> moments_;  ///< of the last half of the elapsed time
+  bool computing_ = false;      ///< they count steps
   std::int64_t left_ = 0;       ///< units of this stage
   UnitsToCome later_;
 };

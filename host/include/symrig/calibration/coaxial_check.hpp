@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 
 #include <cstdint>
@@ -40,6 +41,7 @@ struct CoaxialOptions {
   double smallest_flare = 1e-3;  ///< share of the light; a smaller flare adds less error than camera noise
   /// share of the light in a second picture; a smaller one adds less error than camera noise
   double smallest_second = 1e-3;
+  Progress progress = {};  ///< of the photographs; may be empty
 };
 
 /// Whether camera and projector pixels coincide.

@@ -63,6 +63,10 @@ Result<CaptureSettings> check_job(const CaptureJob& job);
 /// fails: as check_rig; bad_value (an algorithm that uses the symmetry of T needs a coaxial rig).
 Result<void> check_job(const CaptureJob& job, const OpenedRig& rig);
 
+/// The scene in the file of a job's output that the job will replace, if another rig measured it (as in
+/// Probe::describe()); empty: no such file.
+std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig);
+
 /// The least memory of a job: what photographs take while they are worked on.
 std::int64_t least_memory(Grid grid, int channels);
 

@@ -13,9 +13,10 @@ namespace symrig {
 /// Reads a light: a picture file, or a built-in light drawn on the grid.
 /// Colour becomes luminance (Rec. 709), because projectors show white light here. Any finite value is
 /// allowed: T is linear.
-/// of: what has this grid, for the message.
+/// of: what has this grid, for the message. warning: that colour was lost; left alone otherwise.
 /// fails: not_found, bad_format, bad_value, size_mismatch (names both sizes).
-Result<Image<float>> read_light(const std::string& light, Grid grid, const std::string& of);
+Result<Image<float>> read_light(const std::string& light, Grid grid, const std::string& of,
+                                std::string* warning = nullptr);
 
 /// A light that needs no file.
 struct BuiltInLight {

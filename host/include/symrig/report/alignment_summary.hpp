@@ -25,6 +25,9 @@ std::string alignment_json(const AlignmentUpdate& update);
 /// One line for a log.
 std::string alignment_line(const AlignmentUpdate& update);
 
+/// The names of the goals that are not met, "cells seen, blur"; empty: all are.
+std::string missed_goals(const std::vector<AlignmentFinding>& findings);
+
 /// What to do for a goal that is not met, in words.
 std::string advice(const AlignmentFinding& finding, const Alignment& alignment);
 

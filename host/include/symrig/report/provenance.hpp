@@ -12,4 +12,8 @@ namespace symrig {
 /// misalignment, flare, and a seed without texture make no difference.
 std::vector<std::string> differences_of_scene(const std::string& captured, const std::string& rig);
 
+/// What to warn of where errors are measured on another scene. of: the scene, such as "scene.h5". Empty: no
+/// differences.
+std::string other_scene_warning(const std::string& of, const std::vector<std::string>& differences);
+
 }  // namespace symrig

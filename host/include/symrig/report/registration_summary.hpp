@@ -7,6 +7,7 @@
 #include "symrig/report/made.hpp"
 
 #include <string>
+#include <vector>
 
 namespace symrig {
 
@@ -22,6 +23,9 @@ struct RegistrationSummary {
 
 /// The JSON of `symrig calibrate --json`.
 std::string registration_json(const RegistrationSummary& summary);
+
+/// What a person must know of the rig, a sentence each.
+std::vector<std::string> registration_warnings(const RegistrationSummary& summary);
 
 /// The share of a ghost, its place, and what to do about it.
 std::string ghost_text(const CameraGhost& ghost);

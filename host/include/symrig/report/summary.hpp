@@ -35,6 +35,13 @@ struct CaptureSummary {
 /// The JSON of `symrig capture --json` (docs/command-line.md): one object, indented, ends with a newline.
 std::string capture_json(const CaptureSummary& summary, const CaptureResult& result);
 
+/// What a person must know of a finished capture, a sentence each: of its rig, its noise, its budget. Options
+/// have the names of CaptureOptions.
+std::vector<std::string> capture_warnings(const CaptureSummary& summary, const CaptureResult& result);
+
+/// What exposures and devices of a rig warn of, a sentence each.
+std::vector<std::string> rig_warnings(const RigTrouble& trouble);
+
 /// The settings that determine the choice of patterns, as "name value" lines with the names of capture_json.
 /// A capture can continue from a log only with the same settings (LogIdentity). Budgets are not included: a
 /// continued capture may have others.

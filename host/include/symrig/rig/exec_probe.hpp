@@ -42,6 +42,8 @@ class ExecProbe final : public Probe {
   /// framing, or a value is NaN, infinite, or a negative variance), timeout, interrupted.
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   /// Each photograph counts as one frame. rig_seconds: wall-clock time of all measure() that succeeded.
+  /// After each photograph.
+  void tell(TakenSome taken) override;
   ProbeCost cost() const override { return cost_; }
   /// "exec:COMMAND", or "exec:COMMAND (NAME)" if the child states a name.
   std::string describe() const override;

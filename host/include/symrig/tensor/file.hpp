@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/base/work.hpp"
 #include "symrig/image/stored_image.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -27,8 +28,8 @@ struct StoredScene {
 };
 
 /// Writes scene.h5 (HDF5, docs/file-format.md) atomically: a temporary file beside it, fsync, rename.
-/// fails: io. Never leaves a half-written file under `path`.
-Result<void> save_scene(const std::filesystem::path& path, const StoredScene& scene);
+/// work: counts the bytes.  fails: io.  throws: Stopped. Never leaves a half-written file under `path`.
+Result<void> save_scene(const std::filesystem::path& path, const StoredScene& scene, const Work& work = {});
 
 struct LoadOptions {
   /// Bytes of factors that may be kept in memory; 0: usual_memory(). A tensor with more leaves them in its

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/base/units.hpp"
@@ -31,6 +32,8 @@ struct LiveStatus {
   std::string stage;  ///< "level 3"
   std::int64_t done = 0,
                expected = 0;         ///< photographs: taken, expected by the end of the stage (0: not known)
+  StepCount steps = {};              ///< what the computer has done in this stage
+  bool computing = false;            ///< the stage takes no photographs
   std::int64_t frames = 0;           ///< exposures
   double rig_seconds = 0;            ///< on the rig's clock
   std::optional<double> to_go = {};  ///< seconds; none: not known

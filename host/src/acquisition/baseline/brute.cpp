@@ -21,7 +21,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
         ErrorCode::limit,
         "brute force on " + to_string(tree.grid()) + " may hold " + std::to_string(bytes >> 20) + " MiB",
         "use algorithm symrig, or a smaller grid"};
-  Photographer photographer(probe, nullptr, tree, options.progress);
+  Photographer photographer(probe, nullptr, tree, options.work);
   photographer.expect_later(kNoneToCome);
   std::vector<LitBlocks> patterns;
   patterns.reserve(pixels);

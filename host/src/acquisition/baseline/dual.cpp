@@ -39,7 +39,7 @@ class Dual {
       : options_(options),
         tree_(probe.grid()),
         channels_(probe.channels()),
-        photographer_(probe, nullptr, tree_, options.progress),
+        photographer_(probe, nullptr, tree_, options.work),
         builder_(tree_, tree_, channels_) {}
 
   Result<CaptureResult> run() {

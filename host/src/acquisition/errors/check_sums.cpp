@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 #include <vector>
 
 namespace symrig::acquisition {
@@ -15,7 +16,8 @@ using Residuals = std::span<const CheckResidual>;
 /// What the tensor leaves of each photograph. Unlike the search's own residuals these know how the finished
 /// tensor is rounded.
 std::vector<PagedVector<float>> left_by(const TransportTensor& tensor,
-                                        std::span<const TreePhotograph* const> photographs) {
+                                        std::span<const TreePhotograph* const> photographs,
+                                        const Work& work) {
   std::vector<PagedVector<float>> all;
   for (const TreePhotograph* const one : photographs) {
     PagedVector<float>& left = all.emplace_back(one->mean);
@@ -24,12 +26,16 @@ std::vector<PagedVector<float>> left_by(const TransportTensor& tensor,
     for (int channel = 0; channel < tensor.channels(); ++channel) {
       std::fill(model.begin(), model.end(), 0.F);
       tensor.apply_tree(one->pattern, model, channel, false);
+      work.add(operations_of_light(tensor) / tensor.channels());
       const std::size_t first = static_cast<std::size_t>(channel) * pixels;
       for (std::size_t t = 0; t < pixels; ++t) left[first + t] -= model[t];
     }
   }
   return all;
 }
+
+/// A sample in all the sums that it is part of, for Work.
+constexpr std::int64_t kSumOperations = 64;
 
 /// A sum of photographs of a set, looked at where those of `dark` are dark.
 struct Sum {
@@ -130,7 +136,7 @@ void FloodSum::finish(EnergySums& to) const {
   }
 }
 
-CheckSums::CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t sets)
+CheckSums::CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t sets, Work work)
     : halves(static_cast<std::size_t>(tensor.camera_grid().size())),
       flood(halves.pixels()),
       half(halves.pixels()),
@@ -141,11 +147,12 @@ CheckSums::CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch
       dark_halves(halves.pixels()),
       tensor_(tensor),
       mismatch_(mismatch),
+      work_(std::move(work)),
       sets_(sets),
       flood_(halves.pixels() * static_cast<std::size_t>(tensor.channels()), sets) {}
 
 void CheckSums::add(std::span<const TreePhotograph* const> photographs) {
-  const std::vector<PagedVector<float>> left = left_by(tensor_, photographs);
+  const std::vector<PagedVector<float>> left = left_by(tensor_, photographs, work_);
   std::vector<CheckResidual> set;
   set.reserve(left.size());
   for (std::size_t k = 0; k < left.size(); ++k) set.push_back({*photographs[k], left[k]});
@@ -153,6 +160,7 @@ void CheckSums::add(std::span<const TreePhotograph* const> photographs) {
   doubt_ = gain.doubt();
   if (added_ == 0) add_first(set, gain);
   ++added_;
+  work_.add(kSumOperations * std::ssize(photographs) * std::ssize(photographs[0]->mean));
   add_signed_halves(set, gain, halves);
   flood_.add(set, gain);
   add_squares(set, gain,

@@ -6,9 +6,11 @@
 #include "acquisition/errors/gain_mismatch.hpp"
 #include "acquisition/errors/one_sided.hpp"
 #include "symrig/base/paged_vector.hpp"
+#include "symrig/base/work.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,6 +21,11 @@ struct CheckResidual {
   const TreePhotograph& photograph;
   std::span<const float> left;  ///< [channel][pixel]
 };
+
+/// What the light of a tensor takes for one pattern, for Work: two operations a number of two bytes.
+inline std::int64_t operations_of_light(const TransportTensor& tensor) {
+  return tensor.bytes();
+}
 
 /// The halves of a set less each other: what all transport leaves, with random signs.
 /// set: two halves at least.
@@ -43,8 +50,8 @@ class FloodSum {
 /// added up set by set, so that one set is in memory. In tree order, channels added up.
 class CheckSums {
  public:
-  /// sets: how many are going to be added.
-  CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t sets);
+  /// sets: how many are going to be added. work: counts what that takes.
+  CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t sets, Work work = {});
 
   /// photographs: of one set, in the order of Checks::Check; six of the first set, four of each other one.
   void add(std::span<const TreePhotograph* const> photographs);
@@ -53,6 +60,7 @@ class CheckSums {
 
   const TransportTensor& tensor() const { return tensor_; }
   std::size_t sets() const { return sets_; }
+  const Work& work() const { return work_; }
 
   /// Each half less its complement; the mean of all of them.
   EnergySums halves, flood;
@@ -70,6 +78,7 @@ class CheckSums {
 
   const TransportTensor& tensor_;
   const GainMismatch& mismatch_;
+  Work work_;
   std::size_t sets_, added_ = 0;
   FloodSum flood_;
   double doubt_ = 0;

@@ -76,7 +76,8 @@ Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_rati
 
 /// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark. The sparse pair would show this much of
 /// the tensor's own light if it were shown many times.
-double mean_sparse_energy(const TransportTensor& tensor, double lit) {
+double mean_sparse_energy(const CheckSums& sums, double lit) {
+  const TransportTensor& tensor = sums.tensor();
   constexpr int kProbes = 48;
   // What one pass over the tensor applies, or fewer where their pictures are large.
   constexpr double kMostBytes = 64 << 20;
@@ -96,6 +97,7 @@ double mean_sparse_energy(const TransportTensor& tensor, double lit) {
       }
     const auto seen = tensor.apply_batch(probes);
     if (!seen) return 0;
+    sums.work().add(std::ssize(probes) * operations_of_light(tensor));
     for (std::size_t k = 0; k < probes.size(); ++k)
       for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
         if (probes[k].values()[at % pixels] != 0) continue;
@@ -161,7 +163,7 @@ class Indirect {
     const TransportTensor& tensor = sums_.tensor();
     const double samples = static_cast<double>(pairs_.pixels()) * tensor.channels();
     const double mean =
-        mean_sparse_energy(tensor, lit_) * static_cast<double>(pairs_.samples()) / (samples * (1 - lit_));
+        mean_sparse_energy(sums_, lit_) * static_cast<double>(pairs_.samples()) / (samples * (1 - lit_));
     if (!(mean > 0)) return pairs_.signal;
     return pairs_.signal * std::pow(mean / pairs_.model, (1 - share) * (1 - share));
   }

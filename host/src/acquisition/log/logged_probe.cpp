@@ -87,6 +87,11 @@ Result<void> LoggedProbe::go_on() {
   return {};
 }
 
+Result<void> LoggedProbe::told(std::size_t photographs) const {
+  if (!taken_ || taken_(photographs)) return {};
+  return Error{ErrorCode::interrupted, "stopped between photographs", "run it again"};
+}
+
 Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
                                      std::vector<Radiance>& photographs) {
   for (std::size_t first = 0; first < patterns.size(); first += together_) {
@@ -97,6 +102,7 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
     log_.note_coarser(expected.empty() ? 0 : expected[first].coarser_steps);
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
     std::move(answers.begin(), answers.end(), std::back_inserter(photographs));
+    SYMRIG_CHECK(told(few.size()));
   }
   return {};
 }
@@ -116,10 +122,12 @@ Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Patt
     const std::size_t next = photographs.size();
     SYMRIG_TRY(std::optional<Radiance> photograph,
                replay(patterns[next], expected.empty() ? nullptr : &expected[next]));
-    if (photograph)
-      photographs.push_back(*std::move(photograph));
-    else
+    if (!photograph) {
       SYMRIG_CHECK(leave_log(photographs, !expected.empty()));
+      continue;
+    }
+    photographs.push_back(*std::move(photograph));
+    SYMRIG_CHECK(told(1));
   }
   const auto rest = patterns.subspan(photographs.size());
   if (rest.empty()) return photographs;

@@ -93,6 +93,7 @@ std::vector<double> Finishing::least_misfit() const {
 Result<void> Finishing::refit_direct_light(const DirectLightRefit& how) {
   if (facts_.options.economy.direct_share <= 0 || found_.known.scalars().empty()) return {};
   SYMRIG_CHECK(photograph_again(how));
+  photographer_.work().begin("refit of the direct light");
   DirectLight::Model model{least_misfit(), std::vector<double>(facts_.flood_squared.size())};
   if (checks_ != nullptr) model.half = Checks::misfit_of_half(checks_->residuals(found_.known));
   DirectLight direct(found_.known, facts_.tree.order().size(), std::move(model));
@@ -101,11 +102,12 @@ Result<void> Finishing::refit_direct_light(const DirectLightRefit& how) {
     for (const LevelLight& level : found_.level_light) direct.add(level, later, found_.known);
   }
   for (const LogRange& range : whole_photographs(how.reopened))
-    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
-                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
-                                      found_.known.subtract_from(photographs);
-                                      direct.add(photographs);
-                                    }));
+    SYMRIG_CHECK(photographer_.read(
+        range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+          found_.known.subtract_from(photographs);
+          direct.add(photographs);
+          photographer_.work().add(2 * std::ssize(photographs) * std::ssize(photographs[0].mean));
+        }));
   direct.apply(found_.known);
   return {};
 }
@@ -138,9 +140,12 @@ int Finishing::polish_steps() const {
 Result<void> Finishing::polish() {
   const int steps = polish_steps();
   if (steps <= 0) return {};
+  // Told before it is known how much it is: to lay it out takes time too.
+  photographer_.work().begin("refit");
   const std::vector<LogRange> held_out = checks_ != nullptr ? checks_->ranges() : std::vector<LogRange>();
   Polish polish(facts_, photographer_, found_.known, remaining(held_out, photographer_.taken()),
                 least_misfit());
+  photographer_.work().begin("refit", steps * polish.operations(kConjugateSteps));
   for (int k = 0; k < steps; ++k) {
     SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
     if (outcome.after >= outcome.before) break;
@@ -168,8 +173,9 @@ Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForce
 Result<void> estimate_finished(const TransportTensor& tensor, const Photographer& photographer,
                                const Checks& checks, LogRange again, const BruteForceRest* rest,
                                CaptureResult& result) {
+  photographer.work().begin("estimated errors");
   SYMRIG_TRY(result.noise_check, noise_of_capture(tensor.camera_tree(), photographer, checks, again, rest));
-  CheckSums sums(tensor, result.gain_mismatch, checks.sets());
+  CheckSums sums(tensor, result.gain_mismatch, checks.sets(), photographer.work());
   SYMRIG_CHECK(checks.visit_sets(photographer, [&](auto set) { sums.add(set); }));
   sums.finish();
   ErrorEstimate estimate = estimate_errors(sums, doubted_variance(result.noise_check));

@@ -17,6 +17,9 @@ namespace {
 /// θ: what a merge may add to the misfit of its pieces, as a share of τ_A. √(1 + θ²) = 1.02.
 constexpr double kShare = 0.2;
 
+/// Of a number of a factor, for Work: the Gram matrices of three ranks, and the light of the result.
+constexpr std::int64_t kOperations = 32;
+
 /// Rectangles of the 4 × 4 child pairs, the largest first: all, halves, quarters and so on, no single pair.
 std::vector<Rectangle> rectangles() {
   std::vector<Rectangle> all;
@@ -92,6 +95,7 @@ void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
            std::span<const Block> children) {
   static const std::vector<Rectangle> all = rectangles();
   if (family.pieces.size() < 2) return;
+  const Work& work = facts.options.work;
   NeighbouringLeaves neighbours(facts, known, {*family.row, *family.col, children}, family.pieces);
   for (const Rectangle& rectangle : all) {
     const Rectangle r = rectangle.within(family.row->children, family.col->children);
@@ -99,6 +103,7 @@ void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
     if (r.pairs() < 1 || (family.diagonal() && r.row_first < r.col_last)) continue;
     if (auto merged = neighbours.merge(r, kShare * kShare * facts.tolerance()))
       family.merged.push_back(std::move(*merged));
+    work.add(kOperations * facts.channels * (family.row->size() + family.col->size()));
   }
 }
 

@@ -135,7 +135,7 @@ Polish::Polish(const PolishTeam& team, std::span<KnownTransport> parts, const Ph
       parts_(parts),
       all_(std::move(photographs)),
       channels_(static_cast<int>(all_.misfit.size())) {
-  for (const KnownTransport& part : parts_) jacobians_.emplace_back(part, channels_);
+  for (const KnownTransport& part : parts_) jacobians_.emplace_back(part, channels_, photographer_.work());
 }
 
 /// variance becomes the weight; 0 where nothing was seen.
@@ -184,9 +184,29 @@ Result<double> Polish::visit_residuals(const UseResiduals& use) const {
   return decided[0];
 }
 
+std::int64_t Polish::photographs() const {
+  std::int64_t sum = 0;
+  for (const LogRange& range : all_.ranges) sum += range.last - range.first;
+  return sum;
+}
+
+/// The residuals with gradient and diagonal, then the conjugate gradients, then the residuals of the move.
+std::int64_t Polish::operations(int steps) const {
+  using Jacobian = PolishJacobian;
+  constexpr std::int64_t kSubtract = 2 * tensor::kBatch, kSample = 8;  // KnownTransport, Photographer
+  std::int64_t numbers = 0;
+  for (const KnownTransport& part : parts_)
+    numbers += static_cast<std::int64_t>(part.factors().size() + part.scalar_values().size());
+  const std::int64_t batches = photographs() / static_cast<std::int64_t>(tensor::kBatch) + 1;
+  const std::int64_t samples = photographs() * static_cast<std::int64_t>(all_.pixels) * channels_;
+  const std::int64_t begin = kSubtract + Jacobian::kGatherOperations + Jacobian::kDiagonalOperations;
+  const std::int64_t each = Jacobian::kImageOperations + Jacobian::kGatherOperations;
+  return batches * numbers * (begin + steps * each + kSubtract) +
+         samples * (2 * (kSample + 2) + (keeps() ? 0 : steps * kSample));
+}
+
 bool Polish::keeps() const {
-  std::int64_t photographs = 0;
-  for (const LogRange& range : all_.ranges) photographs += range.last - range.first;
+  const std::int64_t photographs = this->photographs();
   const std::int64_t values = (1 + channels_) * static_cast<std::int64_t>(all_.pixels);
   return photographs * values * static_cast<std::int64_t>(sizeof(float)) <= kKeptBytes;
 }

@@ -47,9 +47,11 @@ class Polish {
   Polish(const PolishTeam& team, std::span<KnownTransport> parts, const Photographer& photographer,
          Photographs photographs);
 
+  /// About what a step counts with its photographer's Work.
+  std::int64_t operations(int steps) const;
   /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
-  /// fails: as PhotographLog and PolishTeam::all; interrupted. The known transport is changed only when the
-  /// step is complete.
+  /// fails: as PhotographLog and PolishTeam::all; interrupted.  throws: Stopped. The known transport is
+  /// changed only when the step is complete.
   struct Outcome {
     double before = 0, after = 0;
   };
@@ -67,6 +69,7 @@ class Polish {
   void weigh_all(std::span<TreePhotograph> photographs) const;
   void weigh(TreePhotograph& photograph) const;
   bool keeps() const;
+  std::int64_t photographs() const;
   bool dealt() const { return team_.parts() > 1; }
   double sum_of_parts(const std::vector<double>& mine) const;
   double inner(const Numbers& a, const Numbers& b) const;

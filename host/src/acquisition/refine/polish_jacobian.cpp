@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
@@ -117,31 +119,39 @@ void weigh(std::span<const PolishBatch> batches, std::span<PolishSamples> sample
   });
 }
 
-PolishJacobian::PolishJacobian(const KnownTransport& known, int channels)
-    : known_(known), channels_(static_cast<std::size_t>(channels)) {}
+PolishJacobian::PolishJacobian(const KnownTransport& known, int channels, Work work)
+    : known_(known), channels_(static_cast<std::size_t>(channels)), work_(std::move(work)) {}
 
 /// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for
-/// every scalar, from many threads.
+/// every scalar, from many threads. operations: of a number, for Work.
 template <class UseLeaf, class UseScalar>
-void PolishJacobian::for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const {
+void PolishJacobian::for_each_number(std::int64_t operations, const UseLeaf& use_leaf,
+                                     const UseScalar& use_scalar) const {
   const auto leaves = known_.leaves();
   const auto scalars = known_.scalars();
   const std::size_t first_scalar = known_.factors().size();
-  tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
-    if (!polished(leaves[n])) return;
-    for (std::size_t channel = 0; channel < channels_; ++channel)
-      use_leaf(leaves[n], numbers_of(leaves[n], channel), channel);
+  const auto channels = static_cast<std::int64_t>(channels_);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves.size()), [&](const auto& range) {
+    Tally tally(work_);
+    for (std::size_t n = range.begin(); n < range.end(); ++n) {
+      tally.add(operations * channels * (leaves[n].rows() + leaves[n].cols()));
+      if (!polished(leaves[n])) continue;
+      for (std::size_t channel = 0; channel < channels_; ++channel)
+        use_leaf(leaves[n], numbers_of(leaves[n], channel), channel);
+    }
   });
   tbb::parallel_for(std::size_t{0}, scalars.size(), [&](std::size_t k) {
     for (std::size_t channel = 0; channel < channels_; ++channel)
       use_scalar(first_scalar + k * channels_ + channel, scalars[k], channel);
   });
+  work_.add(operations * channels * std::ssize(scalars));
 }
 
 PolishJacobian::Tangents PolishJacobian::tangents(const PolishNumbers& direction) const {
   Tangents all(known_.factors().size() + direction.size());
   const float* const value = known_.factors().data();
   for_each_number(
+      1,
       [&](const KnownLeaf&, const LeafNumbers& at, std::size_t) {
         float* to = all.data() + 2 * at.a;
         to = std::copy_n(value + at.a, at.rows, to);
@@ -157,7 +167,9 @@ PolishJacobian::Tangents PolishJacobian::tangents(const PolishNumbers& direction
 void PolishJacobian::image_of(const PolishBatch& batch, std::size_t channel, const Tangents& direction,
                               float* y) const {
   const float* const p = batch.pattern.data();
+  Tally tally(work_);
   for (const KnownLeaf& leaf : known_.leaves()) {
+    tally.add(kImageOperations * (leaf.rows() + leaf.cols()));
     if (!polished(leaf)) continue;
     const LitSides lit(batch, leaf);
     if (!lit.rows && !lit.cols) continue;
@@ -179,6 +191,7 @@ void PolishJacobian::image_of(const PolishBatch& batch, std::size_t channel, con
     if (row != col)
       for (std::size_t c = 0; c < kBatch; ++c) y[col + c] += move * p[row + c];
   }
+  tally.add(kImageOperations * std::ssize(scalars));
 }
 
 void PolishJacobian::respond(std::span<const PolishBatch> batches, const Tangents& direction,
@@ -231,7 +244,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
     std::copy_n(y, kBatch, w.begin());
     return sum_of(x, w);
   };
-  for_each_number(of_leaf, [&](std::size_t at, const ScalarLeaf& scalar, std::size_t channel) {
+  const std::int64_t operations = kGatherOperations * std::ssize(batches);
+  for_each_number(operations, of_leaf, [&](std::size_t at, const ScalarLeaf& scalar, std::size_t channel) {
     const auto row = static_cast<std::size_t>(scalar.row) * kBatch;
     const auto col = static_cast<std::size_t>(scalar.col) * kBatch;
     for (std::size_t k = 0; k < batches.size(); ++k) {
@@ -265,7 +279,8 @@ void PolishJacobian::add_diagonal(std::span<const PolishBatch> batches, PolishNu
     for (std::size_t c = 0; c < kBatch; ++c) squared[c] = p[c] * p[c];
     return sum_of(w, squared);
   };
-  for_each_number(of_leaf, [&](std::size_t at, const ScalarLeaf& scalar, std::size_t channel) {
+  const std::int64_t operations = kDiagonalOperations * std::ssize(batches);
+  for_each_number(operations, of_leaf, [&](std::size_t at, const ScalarLeaf& scalar, std::size_t channel) {
     const auto row = static_cast<std::size_t>(scalar.row) * kBatch;
     const auto col = static_cast<std::size_t>(scalar.col) * kBatch;
     for (const PolishBatch& batch : batches) {

@@ -46,7 +46,10 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs);
 /// bit-equal for any number of threads; error: rounding as TransportTensor::apply.
 class PolishJacobian {
  public:
-  PolishJacobian(const KnownTransport& known, int channels);
+  PolishJacobian(const KnownTransport& known, int channels, Work work = {});
+  /// What image(), gather() and add_diagonal() count for a batch and a number of T.
+  static constexpr std::int64_t kImageOperations = 4 * tensor::kBatch, kGatherOperations = 4 * tensor::kBatch,
+                                kDiagonalOperations = 3 * tensor::kBatch;
 
   /// A direction, laid out for image(): a δa δb b of each leaf and channel, as A B' = a δb' + δa b', then the
   /// scalars.
@@ -68,10 +71,11 @@ class PolishJacobian {
  private:
   void image_of(const PolishBatch& batch, std::size_t channel, const Tangents& direction, float* y) const;
   template <class UseLeaf, class UseScalar>
-  void for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const;
+  void for_each_number(std::int64_t operations, const UseLeaf& use_leaf, const UseScalar& use_scalar) const;
 
   const KnownTransport& known_;
   std::size_t channels_;
+  Work work_;
 };
 
 }  // namespace symrig::acquisition

@@ -6,10 +6,18 @@
 namespace symrig::acquisition {
 namespace {
 
+/// Of a sample, for Work: the noise is taken out of it.
+constexpr std::int64_t kAssumeOperations = 8;
+
 void assume_pairs(const SceneFacts& facts, Findings& found) {
+  Tally tally(facts.options.work);
   for (const NodeLevel& level : found.open)
-    for (const Node& node : level.nodes())
-      if (!node.diagonal()) add_leaf(facts, found.known, level, node);
+    for (const Node& node : level.nodes()) {
+      if (node.diagonal()) continue;
+      add_leaf(facts, found.known, level, node);
+      tally.add(kAssumeOperations * facts.channels *
+                (level.block(node.row).size() + level.block(node.col).size()));
+    }
 }
 
 void assume_diagonal(const SceneFacts& facts, Findings& found, bool direct) {

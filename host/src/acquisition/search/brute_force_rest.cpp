@@ -18,7 +18,8 @@ using Matrix = Eigen::MatrixXd;
 using Eigen::Index;
 
 constexpr float kUnmeasured = std::numeric_limits<float>::quiet_NaN();
-constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
+constexpr std::int64_t kColumnOperations = 8;  // of an entry, for Work
+constexpr double kRounding = 1e-6;             // of a photograph's RMS: it is a float sum of many terms
 
 std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
   return static_cast<std::size_t>(list[n]);
@@ -62,8 +63,9 @@ std::vector<std::int32_t> separable_pixels(const Matrix& patterns) {
 /// their diagonal.
 class Symmetric {
  public:
-  Symmetric(const Matrix& p, const Matrix& weight, const Matrix& prior)
-      : p_(p),
+  Symmetric(const Matrix& p, const Matrix& weight, const Matrix& prior, const Work& work)
+      : work_(work),
+        p_(p),
         weight_(weight),
         prior_(prior),
         diagonal_(half(p.cwiseProduct(p).transpose() * weight) + prior) {}
@@ -80,6 +82,7 @@ class Symmetric {
     double rz = dot(r, d);
     const double enough = square(kEnough) * rz;
     for (int k = 0; k < most && rz > enough; ++k) {
+      work_.add(static_cast<std::int64_t>(each) / 2);
       const Matrix ad = apply(d);
       const double step = rz / dot(d, ad);
       e += step * d;
@@ -99,6 +102,7 @@ class Symmetric {
     return half(p_.transpose() * weight_.cwiseProduct(p_ * e)) + prior_.cwiseProduct(e);
   }
 
+  const Work& work_;
   const Matrix& p_;
   const Matrix& weight_;
   const Matrix& prior_;
@@ -255,7 +259,8 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
 }
 
 /// T_UU of a channel, from photographs of patterns. number: of the channel.
-void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others) const {
+void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others,
+                          const Work& work) const {
   const Prior prior = prior_of(channels_[number]);
   const Index rest = std::ssize(rest_);
   const Index photographs = others.patterns.rows();
@@ -286,6 +291,7 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
       }
       right(k, n) = left;
       weight(k, n) = y.valid[number * pixels_ + u] != 0 && variance > 0 ? 1 / variance : 0;
+      work.add(static_cast<std::int64_t>(alone_.size()));
     }
   });
   const double surest = std::max(weight.size() > 0 ? weight.maxCoeff() : 0.0, 1e-300);
@@ -296,7 +302,7 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
   Matrix narrow = Matrix::Constant(rest, rest, inverse(prior.around));
   narrow.diagonal().setConstant(inverse(prior.direct_scatter));
   right -= p * x;
-  x += Symmetric(p, weight, narrow).solve(right);
+  x += Symmetric(p, weight, narrow, work).solve(right);
   for (Index a = 0; a < rest; ++a)
     for (Index b = 0; b < rest; ++b) {
       const std::size_t entry = at(pixel(rest_, a), pixel(rest_, b));
@@ -306,13 +312,15 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
 }
 
 /// Columns of what stands out of its noise.
-TransportTensor BruteForceRest::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
+TransportTensor BruteForceRest::packed(const BlockTree& tree, const std::vector<Channel>& channels,
+                                       const Work& work) const {
   TensorBuilder builder(tree, tree, static_cast<int>(channels.size()));
   std::vector<std::int32_t> rows;
   std::vector<float> values;
   for (std::size_t col = 0; col < pixels_; ++col) {
     rows.clear();
     values.clear();
+    work.add(kColumnOperations * static_cast<std::int64_t>(pixels_ * channels.size()));
     for (std::size_t row = 0; row < pixels_; ++row) {
       const std::size_t entry = at(row, col);
       const bool significant = std::any_of(channels.begin(), channels.end(), [entry](const Channel& c) {
@@ -332,15 +340,16 @@ TransportTensor BruteForceRest::packed(const BlockTree& tree, const std::vector<
 
 Result<TransportTensor> BruteForceRest::tensor(const BlockTree& tree, const Photographer& photographer,
                                                const std::vector<LogRange>& others) const {
+  photographer.work().begin("solving for the rest");
   Others shown;
   SYMRIG_TRY(shown.photographs, photographs_of(photographer, others));
   shown.patterns = patterns_of(shown.photographs, pixels_);
   std::vector<Channel> channels = channels_;
   for (std::size_t number = 0; number < channels.size(); ++number) {
     mirror(channels[number]);
-    fill(channels[number], number, shown);
+    fill(channels[number], number, shown, photographer.work());
   }
-  return packed(tree, channels);
+  return packed(tree, channels, photographer.work());
 }
 
 }  // namespace symrig::acquisition

@@ -51,8 +51,8 @@ class BruteForceRest {
   void keep_known(const TransportTensor& known);
   void mirror(Channel& channel) const;
   Prior prior_of(const Channel& channel) const;
-  void fill(Channel& channel, std::size_t number, const Others& others) const;
-  TransportTensor packed(const BlockTree& tree, const std::vector<Channel>& channels) const;
+  void fill(Channel& channel, std::size_t number, const Others& others, const Work& work) const;
+  TransportTensor packed(const BlockTree& tree, const std::vector<Channel>& channels, const Work& work) const;
 
   std::size_t pixels_ = 0;
   std::vector<std::int32_t> alone_, rest_;  ///< L and U, tree pixels

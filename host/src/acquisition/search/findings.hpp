@@ -18,7 +18,9 @@ namespace symrig::acquisition {
 /// What a search has found so far.
 struct Findings {
   explicit Findings(const SceneFacts& facts)
-      : known(facts.tree, facts.channels), decay(facts.options.economy.decay), gain(facts.tree) {
+      : known(facts.tree, facts.channels, facts.options.work),
+        decay(facts.options.economy.decay),
+        gain(facts.tree) {
     for (int level = 0; level < facts.tree.levels(); ++level)
       open.emplace_back(facts.tree, level, facts.channels);
   }

@@ -259,10 +259,12 @@ Result<CaptureResult> Hierarchy::refine() {
   SYMRIG_CHECK(finishing.refit_direct_light(
       {.noisy = flood_.noisy, .reopened = reopening_.changed(), .budget = budget_.left()}));
   SYMRIG_CHECK(finishing.polish());
+  options().work.begin("merging leaves");
   merge_leaves(facts_, found_.known);
   // Estimates read a few photographs at a time. A tensor is twice in memory while it is finished.
   photographer_.free_pool();
   give_back_freed_memory();
+  options().work.begin("packing the tensor");
   TensorBuilder draft = found_.known.draft();
   found_.known.release();
   CaptureResult result;
@@ -351,7 +353,7 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
 /// One view has one tree. For several views, the flood-lit photograph chooses how the tree cuts them.
 Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& options) {
   const BlockTree flat(probe.grid());
-  Photographer photographer(probe, options.log, flat, options.progress);
+  Photographer photographer(probe, options.log, flat, options.work);
   const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
   const FirstLook first_look;
   photographer.forecast_by(first_look);

@@ -77,6 +77,10 @@ namespace {
 constexpr std::size_t kManyPixels = std::size_t{1} << 19;
 constexpr std::size_t kFewPhotographs = tensor::kBatch / 2;
 
+// Of a number of T, for Work: there and back, for one photograph and for sixteen; rounding it for the tensor.
+constexpr std::int64_t kLightOperations = 2, kBatchOperations = kLightOperations * kBatch,
+                       kDraftOperations = 16;
+
 constexpr std::size_t kRun =
     256;  // pixels whose sixteen lanes stay in the first cache while they are sorted in or out
 
@@ -179,8 +183,10 @@ void KnownTransport::for_runs(std::size_t first, const Run& run) const {
 template <class P>
 void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel,
                                const Mark& since, float* y) const {
+  Tally tally(work_);
   for_runs(since.leaves, [&](const LeafRun& run) {
     for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
+      tally.add(kBatchOperations * (leaf.rows() + leaf.cols()));
       if (leaf.removed) continue;
       const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
       const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
@@ -205,6 +211,7 @@ void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::si
     add_pixel(value, p, col, y + row * kBatch);
     if (row != col) add_pixel(value, p, row, y + col * kBatch);
   }
+  tally.add(kBatchOperations * static_cast<std::int64_t>(scalars_.size() - since.scalars));
 }
 
 /// One channel of one photograph is one task, so its sums have one order.
@@ -222,7 +229,9 @@ void KnownTransport::subtract_each(std::span<const Pattern> patterns, std::span<
                                    const Mark& since) const {
   for_runs(since.leaves, [&](const LeafRun& run) {
     for_channels(means, [&](std::size_t k, std::size_t channel, float* mean) {
+      Tally tally(work_);
       for (const KnownLeaf& leaf : std::span(leaves_).subspan(run.first, run.last - run.first)) {
+        tally.add(kLightOperations * (leaf.rows() + leaf.cols()));
         if (leaf.removed) continue;
         const std::size_t rows = leaf.rows(), cols = leaf.cols();
         const float* const a =
@@ -242,6 +251,7 @@ void KnownTransport::subtract_each(std::span<const Pattern> patterns, std::span<
       mean[row] -= value * static_cast<float>(patterns[k][col]);
       if (row != col) mean[col] -= value * static_cast<float>(patterns[k][row]);
     }
+    work_.add(kLightOperations * static_cast<std::int64_t>(scalars_.size() - since.scalars));
   });
 }
 
@@ -289,6 +299,7 @@ void KnownTransport::subtract_batch(std::span<TreePhotograph> batch, std::size_t
     add_light(p.data(), tensor::LitRanges(any), channel, since, y.data());
   }
   subtract_lanes(y.data(), pixels, channel, batch);
+  work_.add(kBatchOperations * static_cast<std::int64_t>(pixels));
 }
 
 void KnownTransport::add_band_to(TensorBuilder& builder) const {
@@ -329,6 +340,7 @@ void KnownTransport::add_leaves_to(TensorBuilder& builder) const {
     for (next = first + 1; next < leaves_.size() && leaves_[next].joined;) ++next;
     if (leaf.removed) continue;
     const auto rows = static_cast<std::int64_t>(leaf.rows());
+    work_.add(kDraftOperations * static_cast<std::int64_t>(next - first) * channels_ * (rows + leaf.cols()));
     factors.clear();
     const auto append = [&](std::int64_t offset, std::int64_t size) {
       for (std::size_t n = first; n < next; ++n) {

@@ -39,7 +39,9 @@ struct LeafSides {
 /// The transport known so far, in single precision and open to change, unlike the TransportTensor it ends as.
 class KnownTransport {
  public:
-  KnownTransport(const BlockTree& tree, int channels) : tree_(tree), channels_(channels) {}
+  /// work: counts what subtracting takes.
+  KnownTransport(const BlockTree& tree, int channels, Work work = {})
+      : tree_(tree), channels_(channels), work_(std::move(work)) {}
 
   /// factors: for each channel a then b. Returns the leaf's number.
   std::int32_t add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
@@ -141,6 +143,7 @@ class KnownTransport {
 
   const BlockTree& tree_;
   int channels_;
+  Work work_;
   std::vector<KnownLeaf> leaves_;
   PagedVector<float> factors_;
   struct Empty {

@@ -10,10 +10,15 @@
 #include <string>
 #include <utility>
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
 namespace {
+
+// Operations for Work: whether a photograph lights a node, and to keep or to compare a sample of it.
+// To colour a node: its blocks' partners and their partners, some hundred.
+constexpr std::int64_t kLook = 4, kRecord = 4, kSchedule = 1024;
 
 /// Calls use(side) for each side of the node that the shot lights.
 template <class Use>
@@ -49,6 +54,12 @@ std::vector<Shot> shots_of(const std::vector<std::vector<std::int32_t>>& colours
 }
 
 }  // namespace
+
+/// Samples of the blocks of a node, in all channels.
+std::int64_t LevelSearch::samples(NodeIndex n) const {
+  const Node& of = node(n);
+  return std::int64_t{facts_.channels} * (unknown_.block(of.row).size() + unknown_.block(of.col).size());
+}
 
 LevelSearch::Split LevelSearch::doubtful_and_predicted() const {
   Split split;
@@ -143,6 +154,7 @@ void LevelSearch::accept(NodeIndex n) {
     add_direct(facts_, found_.known, unknown_, node(n));
   else
     accepted_.push_back({n, add_leaf(facts_, found_.known, unknown_, node(n))});
+  facts_.options.work.add(kRecord * samples(n));
 }
 
 bool LevelSearch::expected_to_pass(const Node& of) const {
@@ -156,12 +168,15 @@ LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
                                          std::vector<NodeIndex>& predicted) const {
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
   edges.reserve(doubtful.size());
+  facts_.options.work.add(kSchedule * std::ssize(doubtful));
   for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
   if (facts_.options.economy.look_in_the_dark) add_loops(edges);
   Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
   std::stable_sort(predicted.begin(), predicted.end(),
                    [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
+  Tally tally(facts_.options.work);
   std::erase_if(predicted, [&](NodeIndex n) {
+    tally.add(kSchedule);
     if (!colouring.add(node(n).row, node(n).col)) return false;
     doubtful.push_back(n);
     return true;
@@ -262,10 +277,14 @@ void LevelSearch::preview(std::size_t r, std::span<const Shot> shots, std::span<
   const auto lit = lit_blocks(shots, unknown_.block_count());
   tbb::parallel_for(std::size_t{0}, shots.size(), [&](std::size_t k) {
     for (float& value : known[k]) value = -value;
-    for (const NodeIndex n : rounds_[r].tested)
+    Tally tally(facts_.options.work);
+    for (const NodeIndex n : rounds_[r].tested) {
+      tally.add(kLook);
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
         unknown_.add_estimate(node(n), side, shots[k].slot, *found_.beside, previews[k].unknown);
+        tally.add(samples(n));
       });
+    }
   });
 }
 
@@ -325,22 +344,31 @@ void LevelSearch::subtract_measured(std::span<const NodeIndex> tested, std::span
                                     std::span<const std::span<float>> means) const {
   const auto lit = lit_blocks(shots, unknown_.block_count());
   tbb::parallel_for(std::size_t{0}, means.size(), [&](std::size_t k) {
-    for (const NodeIndex n : tested)
+    Tally tally(facts_.options.work);
+    for (const NodeIndex n : tested) {
+      tally.add(kLook);
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
         unknown_.subtract_measured(node(n), side, shots[k].slot, means[k]);
+        tally.add(samples(n));
       });
+    }
   });
 }
 
 void LevelSearch::record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
                          std::span<const TreePhotograph> photographs) {
   const auto lit = lit_blocks(shots, unknown_.block_count());
-  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t t) {
-    for (std::size_t k = 0; k < photographs.size(); ++k)
-      for_lit_sides(node(tested[t]), lit[k], [&](NodeLevel::Side side) {
-        const TreePhotograph& p = photographs[k];
-        unknown_.record(node(tested[t]), side, shots[k].slot, p.mean, p.variance, p.valid);
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tested.size()), [&](const auto& range) {
+    Tally tally(facts_.options.work);
+    for (std::size_t t = range.begin(); t < range.end(); ++t)
+      for (std::size_t k = 0; k < photographs.size(); ++k) {
+        tally.add(kLook);
+        for_lit_sides(node(tested[t]), lit[k], [&](NodeLevel::Side side) {
+          const TreePhotograph& p = photographs[k];
+          unknown_.record(node(tested[t]), side, shots[k].slot, p.mean, p.variance, p.valid);
+          tally.add(kRecord * samples(tested[t]));
+        });
+      }
   });
 }
 
@@ -348,7 +376,13 @@ std::vector<Tested> LevelSearch::judge() const {
   std::vector<Tested> tested;
   for (const Round& round : rounds_)
     for (const NodeIndex n : round.tested) tested.push_back({n, false, {}, {}});
-  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t k) { judge(tested[k]); });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tested.size()), [&](const auto& range) {
+    Tally tally(facts_.options.work);
+    for (std::size_t k = range.begin(); k < range.end(); ++k) {
+      judge(tested[k]);
+      tally.add(kRecord * 4 * samples(tested[k].node));
+    }
+  });
   return tested;
 }
 

@@ -71,6 +71,7 @@ class LevelSearch {
 
   Split doubtful_and_predicted() const;
   const Node& node(NodeIndex n) const { return unknown_.nodes()[n]; }
+  std::int64_t samples(NodeIndex n) const;
   bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
   std::vector<Tested> give_up();

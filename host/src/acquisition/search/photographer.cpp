@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <future>
 #include <utility>
 
@@ -47,12 +48,31 @@ void light(const LitBlocks& blocks, std::size_t pixels, PagedVector<float>& patt
   for (const LitRange& r : blocks) std::fill(pattern.begin() + r.begin, pattern.begin() + r.end, 1.0F);
 }
 
+/// How often the thread that captures looks whether host work is done.
+constexpr std::chrono::milliseconds kGlance{50};
+
+/// Sorting a photograph's sample into tree order, with its noise and validity.
+constexpr std::int64_t kSampleOperations = 8;
+
+/// A probe may outlive whom it tells.
+struct ToldNoMore {
+  Probe& probe;
+  explicit ToldNoMore(Probe& told) : probe(told) {}
+  ToldNoMore(const ToldNoMore&) = delete;
+  ToldNoMore& operator=(const ToldNoMore&) = delete;
+  ~ToldNoMore() { probe.tell({}); }
+};
+
 Error not_finite() {
   return {ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
           "check the camera and the merge"};
 }
 
 }  // namespace
+
+std::int64_t Photographer::samples() const {
+  return std::ssize(tree_.order()) * channels_;
+}
 
 std::size_t Photographer::batch_size() const {
   return batch_of(photograph_bytes(tree_.grid(), channels_));
@@ -83,8 +103,15 @@ Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, s
   return batch;
 }
 
-Result<std::vector<Radiance>> Photographer::measure(const Batch& batch) {
+/// begun: how far the stage was before.
+Result<std::vector<Radiance>> Photographer::measure(const ProgressEvent& begun, const Batch& batch) {
   const Stopwatch watch;
+  ProgressEvent now = begun;
+  probe_.tell([&](std::size_t some) {
+    now.done += static_cast<std::int64_t>(some);
+    return work_.tell(now);
+  });
+  const ToldNoMore no_more{probe_};
   SYMRIG_TRY(std::vector<Radiance> answers, batch.expected.empty()
                                                 ? probe_.measure(batch.pictures)
                                                 : probe_.measure_expected(batch.pictures, batch.expected));
@@ -120,9 +147,8 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
   Batch batch;
   if (!patterns.empty()) batch = prepare(part(0), 0, plans_next(part(0).size()), preview);
   for (std::size_t first = 0, end = 0; first < patterns.size(); first = end) {
-    if (progress_ && !progress_({stage, taken_, expected, later_}))
-      return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
-                   "run it again"};
+    const ProgressEvent now{.stage = stage, .done = taken_, .expected = expected, .later = later_};
+    if (!work_.tell(now)) return work_.stop_error();
     end = first + batch.pictures.size();
     const bool more = end < patterns.size();
     const bool planned = more && plans_next(end - first + part(end).size());
@@ -135,14 +161,17 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
     const bool beside = !probe_.computes() && (more || !answers.empty());
     std::future<Result<void>> used =
         std::async(beside ? std::launch::async : std::launch::deferred, host_work);
-    Result<std::vector<Radiance>> taken = measure(batch);
+    Result<std::vector<Radiance>> taken = measure(now, batch);
+    if (work_.stopped()) return work_.stop_error();
+    while (used.wait_for(kGlance) == std::future_status::timeout) work_.look();
     SYMRIG_CHECK(used.get());
     if (!taken) return taken.error();
     answers = *std::move(taken);
     batch = std::move(next);
   }
   if (!answers.empty()) SYMRIG_CHECK(use(patterns.size() - answers.size(), answers));
-  if (progress_) progress_({stage, taken_, expected, later_});
+  if (!work_.tell({.stage = stage, .done = taken_, .expected = expected, .later = later_}))
+    return work_.stop_error();
   return {};
 }
 
@@ -165,6 +194,7 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
         TreePhotograph& into = pool[filled + k];
         light(patterns[first + next + k], tree_.order().size(), into.pattern);
         if (!to_tree(tree_, answers[next + k], into)) finite = false;
+        work_.add(kSampleOperations * samples());
       });
       if (!finite) return not_finite();
       next += count;
@@ -188,6 +218,7 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
       light(patterns[first + k], tree_.order().size(), photograph.pattern);
       if (!to_tree(tree_, answers[k], photograph)) finite = false;
       if (finite) use(first + k, photograph);
+      work_.add(kSampleOperations * samples());
     });
     return finite ? Result<void>() : not_finite();
   };
@@ -220,6 +251,7 @@ Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Us
         SYMRIG_CHECK(log_->read(begin + static_cast<std::int64_t>(k), one));
         some[k].pattern.resize(tree_.order().size());
         tree_.to_tree(one.pattern.plane(0), some[k].pattern);
+        work_.add(kSampleOperations * samples());
         return to_tree(tree_, one.photograph, some[k]) ? Result<void>() : not_finite();
       }();
     });

@@ -46,8 +46,8 @@ std::int64_t bytes_in_flight(Grid grid, int channels);
 class Photographer {
  public:
   /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
-  Photographer(Probe& probe, const PhotographLog* log, const BlockTree& tree, Progress progress)
-      : probe_(probe), log_(log), tree_(tree), channels_(probe.channels()), progress_(std::move(progress)) {}
+  Photographer(Probe& probe, const PhotographLog* log, const BlockTree& tree, Work work)
+      : probe_(probe), log_(log), tree_(tree), channels_(probe.channels()), work_(std::move(work)) {}
 
   /// Goes on where another one stopped, in another tree of the same grid.
   Photographer(const Photographer& before, const BlockTree& tree)
@@ -55,7 +55,7 @@ class Photographer {
         log_(before.log_),
         tree_(tree),
         channels_(before.channels_),
-        progress_(before.progress_),
+        work_(before.work_),
         taken_(before.taken_),
         measure_seconds_(before.measure_seconds_) {}
 
@@ -97,6 +97,8 @@ class Photographer {
   using UseOne = std::function<void(std::size_t index, TreePhotograph& photograph)>;
   Result<void> take_each(std::string_view stage, std::span<const LitBlocks> patterns, const UseOne& use);
 
+  /// What the capture's work is counted with.
+  const Work& work() const { return work_; }
   std::int64_t taken() const { return taken_; }
   double measure_seconds() const { return measure_seconds_; }
   double rig_seconds() const { return probe_.cost().rig_seconds; }
@@ -115,7 +117,8 @@ class Photographer {
   };
   Batch prepare(std::span<const LitBlocks> patterns, std::size_t first, bool planned,
                 const MakePreviews& preview) const;
-  Result<std::vector<Radiance>> measure(const Batch& batch);
+  Result<std::vector<Radiance>> measure(const ProgressEvent& begun, const Batch& batch);
+  std::int64_t samples() const;
   bool plans_next(std::size_t photographs) const;
   std::size_t handed_on() const;
   std::span<TreePhotograph> pool(std::size_t size) const;
@@ -124,7 +127,7 @@ class Photographer {
   const PhotographLog* log_;
   const BlockTree& tree_;
   int channels_;
-  Progress progress_;
+  Work work_;
   const Forecaster* forecaster_ = nullptr;
   UnitsToCome later_ = {};
   std::int64_t taken_ = 0;

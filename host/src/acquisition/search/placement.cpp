@@ -13,6 +13,9 @@
 namespace symrig::acquisition {
 namespace {
 
+/// Of a sample, for Work: it is copied to each of four children, and its square is added up.
+constexpr std::int64_t kPlaceOperations = 16;
+
 /// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
 /// sample does not count.
 void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
@@ -157,8 +160,11 @@ void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std:
 void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
             std::span<const Tested> tested, NodeLevel& next) {
   ChildImages images;
+  Tally tally(facts.options.work);
   for (const Tested& t : tested) {
     const Node& node = level.nodes()[t.node];
+    tally.add(kPlaceOperations * facts.channels *
+              (level.block(node.row).size() + level.block(node.col).size()));
     if (t.leaf) {
       add_leaf(facts, known, level, node);
       continue;

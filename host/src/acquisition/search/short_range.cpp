@@ -16,6 +16,8 @@ constexpr int kLargestRadius = 3;           // 49 combs: more than what is left 
 constexpr double kCheckSigmas = 5;          // thousands of blocks are looked at: one false alarm in 10^6
 constexpr std::int32_t kFewestPixels = 16;  // pixels of a block that is looked at on its own
 
+constexpr std::int64_t kEntryOperations = 8;  // of an entry of the band, for Work
+
 int distance(int at, int begin, int size) {
   return at < begin ? begin - at : at >= begin + size ? at - begin - size + 1 : 0;
 }
@@ -151,10 +153,12 @@ Result<void> ShortRange::add_band(int radius) {
       }));
   found_.known.begin_band(radius);
   std::vector<float> value(facts_.channels);
+  Tally tally(facts_.options.work);
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
       for (int dy = 0; dy <= radius && row + dy < grid.rows; ++dy)
         for (int dx = dy == 0 ? 0 : -radius; dx <= radius; ++dx) {
+          tally.add(kEntryOperations * facts_.channels);
           if (col + dx < 0 || col + dx >= grid.cols) continue;
           const std::size_t i = tree_at(row, col);
           const std::size_t j = tree_at(row + dy, col + dx);

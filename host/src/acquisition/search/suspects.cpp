@@ -19,11 +19,15 @@ constexpr double kFewestSamples = 16;
 constexpr double kWrongShare = 0.5;  // of the entries' own size (RMS) that they must be wrong by
 constexpr double kPart = 0.1;        // of the excess that a leaf's own light must amount to
 
+// For Work: of a leaf in the noise of the model; of a number of it in its own light.
+constexpr std::int64_t kLeafOperations = 16, kShareOperations = 4;
+
 /// Variance per pixel that the noise of known transport adds to the check photographs: Σ over checks, units
 /// of F². A leaf's image c has the noise of the photograph that it came from. It shines in with the share of
 /// its lit side that is lit.
 std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& known,
-                                std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
+                                std::span<const Checks::Residual> residuals, const DarkExcess& excess,
+                                const Work& work) {
   std::vector<double> step(tree.order().size() + 1);  // differences between neighbouring pixels
   const auto add = [&](std::int32_t begin, std::int32_t end, std::int32_t lit_begin, std::int32_t lit_end,
                        double noise) {
@@ -35,7 +39,9 @@ std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& kno
     step[begin] += noise * shares;
     step[end] -= noise * shares;
   };
+  Tally tally(work);
   for (const KnownLeaf& leaf : known.leaves()) {
+    tally.add(kLeafOperations * static_cast<std::int64_t>(residuals.size()));
     if (leaf.removed) continue;
     add(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.row_noise);
     if (!leaf.diagonal()) add(leaf.col_begin, leaf.col_end, leaf.row_begin, leaf.row_end, leaf.col_noise);
@@ -75,7 +81,9 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
   for (std::size_t channel = 0; channel < channels; ++channel) {
     const double f = facts.flood_squared[channel];
     if (f <= 0) continue;
+    Tally tally(facts.options.work);
     for (const KnownLeaf& leaf : known.leaves()) {
+      tally.add(kShareOperations * (leaf.rows() + leaf.cols()));
       if (leaf.removed) continue;
       const LeafSides sides = known.sides(leaf, static_cast<int>(channel));
       add(sides.a, leaf.row_begin, sides.b, leaf.col_begin, f);
@@ -102,7 +110,7 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
 /// explain it.
 std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& known,
                                 std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
-  const std::vector<double> noise = model_noise(facts.tree, known, residuals, excess);
+  const std::vector<double> noise = model_noise(facts.tree, known, residuals, excess, facts.options.work);
   std::vector<double> noise_before(noise.size());
   std::partial_sum(noise.begin(), noise.end() - 1, noise_before.begin() + 1);
   // Signs of errors are as good as random between pixels that are lit independently, but for their common
@@ -172,8 +180,10 @@ std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport
   };
   std::vector<std::int32_t> found;
   const auto leaves = known.leaves();
+  Tally tally(facts.options.work);
   for (std::size_t n = 0; n < leaves.size(); ++n) {
     const KnownLeaf& leaf = leaves[n];
+    tally.add(kShareOperations * facts.channels * std::ssize(residuals) * (leaf.rows() + leaf.cols()));
     if (leaf.removed) continue;
     const double row = largest(leaf.row_begin, leaf.row_end);
     const double col = largest(leaf.col_begin, leaf.col_end);

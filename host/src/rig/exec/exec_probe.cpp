@@ -52,6 +52,7 @@ class ExecProbe::Conversation {
 
   Result<void> greet();
   Result<void> measure(std::span<const Pattern> patterns, std::vector<Radiance>& photographs);
+  void tell(TakenSome taken) { taken_ = std::move(taken); }
   const rig::ExecShape& shape() const { return shape_; }
   /// Ends the child at once.
   void hang_up() { child_.end({}, {}); }
@@ -70,6 +71,7 @@ class ExecProbe::Conversation {
   rig::ChildTalk talk_;
   rig::ExecShape shape_;
   bool greeted_ = false;
+  TakenSome taken_;
 };
 
 Error ExecProbe::Conversation::end(const std::string& awaited) const {
@@ -180,6 +182,7 @@ Result<void> ExecProbe::Conversation::measure(std::span<const Pattern> patterns,
     const std::string awaited = fmt::format("photograph {} of {}", i + 1, patterns.size());
     SYMRIG_TRY(auto photograph, receive(i + 1, awaited));
     photographs.push_back(std::move(photograph));
+    if (taken_ && !taken_(1)) return silence(rig::Silence::stopped, awaited);
   }
   if (const auto why = talk_.flush()) return silence(*why, "it had read all patterns");
   return check_quiet("silence until the next pattern");
@@ -223,6 +226,10 @@ int ExecProbe::channels() const {
 std::string ExecProbe::describe() const {
   const std::string& name = conversation_->shape().name;
   return printable_line("exec:" + command_) + (name.empty() ? "" : fmt::format(" ({})", name));
+}
+
+void ExecProbe::tell(TakenSome taken) {
+  conversation_->tell(std::move(taken));
 }
 
 Result<std::vector<Radiance>> ExecProbe::measure(std::span<const Pattern> patterns) {
