@@ -84,6 +84,15 @@ TEST_F(Capture, replaces_an_old_file_whole) {
   EXPECT_TRUE(load_scene(path("scene.h5")).ok());
 }
 
+TEST_F(Capture, says_that_it_replaces_the_scene_of_another_rig) {
+  capture_small();
+  EXPECT_EQ(symrig({"capture", "--rig", kSmall, "-o", "scene.h5"}).out.find("replaced"), std::string::npos);
+  const Outcome other = symrig({"capture", "--rig", "sim:plane?size=8x8", "-o", "scene.h5"});
+  EXPECT_NE(other.out.find(std::string("scene.h5 held a scene of ") + kSmall + ", which this one replaced\n"),
+            std::string::npos)
+      << other.out;
+}
+
 TEST_F(Capture, wrong_rigs_are_usage_errors) {
   expect_refusal({"capture", "--rig", "sim:vgroove-texture", "-o", "a.h5"}, kUsage,
                  {"vgroove-texture", "vgroove-textured"});

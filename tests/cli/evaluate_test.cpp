@@ -49,6 +49,17 @@ TEST_F(Evaluate, without_truth_or_photographs_it_says_what_to_give) {
   expect_refusal({"evaluate", "scene.h5"}, kUsage, {"--rig"});
 }
 
+TEST_F(Evaluate, held_out_photographs_are_one_line) {
+  capture_small();
+  const Outcome outcome = symrig({"evaluate", "scene.h5", "--json", "e.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(std::ranges::count(outcome.out, '\n'), 1) << outcome.out;
+  const nlohmann::json held_out = json("e.json").at("held_out");
+  EXPECT_TRUE(
+      outcome.out.starts_with(std::to_string(held_out.size()) + " held-out photographs; the worst, '"))
+      << outcome.out;
+}
+
 TEST_F(Evaluate, bad_input_is_refused) {
   expect_refusal({"evaluate", "none.h5", "--rig", kSmall}, kBadInput, {"none.h5"});
   capture_small();

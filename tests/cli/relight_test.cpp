@@ -130,7 +130,12 @@ TEST_F(Relight, built_in_lights_need_no_file) {
 TEST_F(Relight, colour_light_becomes_its_luminance) {
   const Image<float> colour = ramp(kGrid, 3);
   write_light("colour.exr", colour);
-  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "colour.exr", "-o", "out.exr"}).code, 0);
+  const Outcome outcome = symrig({"relight", "scene.h5", "--light", "colour.exr", "-o", "out.exr"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(
+      outcome.err,
+      "symrig relight: warning: colour.exr is in colour; its luminance is the light, because patterns are "
+      "white\n");
   Image<float> grey(kGrid);
   for (std::size_t i = 0; i < grey.values().size(); ++i)
     grey.values()[i] =

@@ -241,8 +241,8 @@ typedef struct symrig_capture_progress {
   int64_t expected;  /* photographs expected by the end of the stage; 0: not known */
 } symrig_capture_progress;
 
-/* Called at the beginning, after photographs, and while the computer works on them, by the thread that captures. Return 0 to continue, another
- * value to stop. */
+/* Called at the beginning, after photographs, and while the computer works on them, by the thread that
+ * captures. Return 0 to continue, another value to stop. */
 typedef int (*symrig_on_capture)(const symrig_capture_progress* progress, void* user);
 
 /* Measures the light transport of the scene in front of a rig, as `symrig capture` does.

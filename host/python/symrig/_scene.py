@@ -80,6 +80,7 @@ class _Pictures(LinearOperator):
 
     in_shape: Tuple[int, ...]
     out_shape: Tuple[int, ...]
+    takes_light = False  # true: a picture that comes in is what the projector shows
 
     def __init__(self, in_shape: Tuple[int, ...], out_shape: Tuple[int, ...]) -> None:
         self.in_shape, self.out_shape = in_shape, out_shape
@@ -100,7 +101,7 @@ class _Pictures(LinearOperator):
         _refuse_codes(x)
         if x.shape == self.in_shape:
             return self._apply_one(x)
-        if len(self.in_shape) == 2 and x.shape == (*self.in_shape, 3):
+        if self.takes_light and x.shape == (*self.in_shape, 3):
             warnings.warn(
                 "the last axis counts lights: these are 3 lights, not one in colour; symrig.gray(picture) is the light"
                 " of a picture in colour",
@@ -163,6 +164,8 @@ class Scene(_Pictures):
     Error of a pixel: the rounding of T, and float sums (docs/file-format.md).
     Raises InputError for a light of another shape, or with NaN or infinity.
     """
+
+    takes_light = True
 
     def __init__(self, stored: _symrig.StoredScene, page: Optional[_symrig.CapturePage] = None) -> None:
         self._stored = stored

@@ -66,9 +66,12 @@ TEST(ProgressOfACapture, moves_in_every_stage_until_the_end) {
        {"flood-lit", "checks", "level 0", "level 3", "direct light", "refit of the direct light", "refit",
         "merging leaves", "packing the tensor", "estimated errors"})
     EXPECT_TRUE(has_stage(told, stage)) << stage;
+  // A share, because a sanitizer makes all of it slower.
+  const double all = told.back().cpu_seconds - told.front().cpu_seconds;
   for (std::size_t k = 1; k < told.size(); ++k) {
     const Told &before = told[k - 1], &now = told[k];
-    EXPECT_LT(now.cpu_seconds - before.cpu_seconds, 0.25) << before.stage << ", then " << now.stage;
+    EXPECT_LT(now.cpu_seconds - before.cpu_seconds, 0.05 + 0.1 * all)
+        << before.stage << ", then " << now.stage;
     if (now.stage != before.stage) continue;
     EXPECT_GE(now.photographs, before.photographs);
     EXPECT_LE(now.photographs - before.photographs, 1);
