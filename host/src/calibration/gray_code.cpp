@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gray_code.hpp"
 
+#include "calibration/captured.hpp"
 #include "calibration/sequence_kind.hpp"
 #include "image/codec.hpp"
 #include "symrig/calibration/capture_file.hpp"
@@ -314,14 +315,20 @@ Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureF
   SYMRIG_TRY(const GrayCode code, code_of(folder, pictures, projector));
   std::vector<Image<float>> images;
   std::vector<std::string> names;
+  calibration::Captured white;
   for (const fs::path& picture : pictures) {
-    SYMRIG_TRY(auto image, read_captured(picture, capture));
-    images.push_back(std::move(image));
+    SYMRIG_TRY(auto read, calibration::read_captured_codes(picture, capture));
+    images.push_back(std::move(read.light));
+    if (std::ssize(images) == count - 1) white = std::move(read);  // black is the last one
     names.push_back(picture.filename().string());
     if (options.progress && !options.progress({"reading", static_cast<std::int64_t>(images.size()), count}))
       return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
   }
-  return arrange_code_photographs(code.projector(), std::move(images), std::move(names));
+  SYMRIG_TRY(CodePhotographs all,
+             arrange_code_photographs(code.projector(), std::move(images), std::move(names)));
+  all.saturation = white.saturation;
+  all.white_peak = std::move(white.peak);
+  return all;
 }
 
 }  // namespace

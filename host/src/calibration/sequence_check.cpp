@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_check.hpp"
 
+#include "calibration/saturation.hpp"
 #include "calibration/sequence_verdicts.hpp"
 #include "symrig/base/quantile.hpp"
 
@@ -28,20 +29,6 @@ Sample sample_of(Grid grid) {
   for (int r = kBorder; r < grid.rows - kBorder; r += stride) sample.rows.push_back(r);
   for (int c = kBorder; c < grid.cols - kBorder; c += stride) sample.cols.push_back(c);
   return sample;
-}
-
-Result<void> check_white(const SequenceLight& light) {
-  constexpr double kMostSaturated = 0.02;
-  // Integer files have 1 at their largest code. Radiance has this exact value only by chance.
-  double saturated = 0;
-  for (const std::size_t i : light.sample)
-    saturated += light.of(light.photographs.code.white(), i) == 1.0F ? 1 : 0;
-  const double share = saturated / static_cast<double>(light.sample.size());
-  if (share <= kMostSaturated) return {};
-  return Error{ErrorCode::bad_value,
-               fmt::format("{} (white) is saturated in {:.0f} % of the pixels that the projector lights",
-                           light.name(light.photographs.code.white()), 100 * share),
-               "photograph the sequence again with a shorter exposure"};
 }
 
 /// pattern + complement ≈ gain (white + black), moved by (dcol, drow) camera pixels.
@@ -169,7 +156,7 @@ Result<void> check_reach(const SequenceLight& light) {
 Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out) {
   const SequenceLight light = find_sequence_light(photographs, held_out);
   if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding reports it
-  SYMRIG_CHECK(check_white(light));
+  SYMRIG_CHECK(check_saturation(light));
   const SumsVerdict sums = check_sums(light);
   // A small movement also changes sums, but its own message says more.
   if (sums.change || sums.result.ok()) SYMRIG_CHECK(check_shifts(light));
