@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -126,8 +127,27 @@ Result<void> check_order(const SequenceLight& light) {
                "put the photographs in order, or photograph the sequence again"};
 }
 
+/// A code that begins in the middle of its range shifts the whole map. A larger projector does not: it has
+/// positions before that.
+Result<void> check_centred(const SequenceLight& light, const Reach& reach) {
+  const GrayCode& code = light.photographs.code;
+  for (const auto& [axis, what] : {std::pair(reach.columns, "column"), std::pair(reach.rows, "row")}) {
+    if (axis.first == 0) continue;
+    const int all = 1 << code.bits(what[0] == 'r' ? StripeAxis::rows : StripeAxis::columns);
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the stripes run from {0} {1} to {0} {2}, of {3} positions of their code: the pattern "
+                    "lies in the middle of its code, so that all positions are {1} too large",
+                    what, axis.first, axis.last, all),
+        "show a code that begins at 0 (gray_code_patterns() makes it); another projector size does not "
+        "help"};
+  }
+  return {};
+}
+
 Result<void> check_reach(const SequenceLight& light) {
   const Reach reach = find_reach_beyond(light);
+  SYMRIG_CHECK(check_centred(light, reach));
   const GrayCode& code = light.photographs.code;
   const Grid projector = code.projector();
   std::vector<std::string> where, else_swapped;

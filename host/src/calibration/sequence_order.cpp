@@ -369,9 +369,34 @@ Reach::Axis reach_beyond(const SequenceLight& light, StripeAxis axis, int size) 
     const int next = light.amplitude.values()[i + 1] > 0 ? spelt(light, axis, i + 1) : -1;
     if (next >= 0 && std::abs(next - at) <= kApart) beyond.push_back(at);
   }
-  constexpr std::size_t kFewest = 10;
-  if (beyond.size() < kFewest || static_cast<double>(beyond.size()) < kLeast * clear) return {};
+  constexpr std::size_t kFewestSpelt = 10;
+  if (beyond.size() < kFewestSpelt || static_cast<double>(beyond.size()) < kLeast * clear) return {};
   return {ranked(beyond, std::ssize(beyond) * 9 / 10), mirrored < kMostMirrored * clear};
+}
+
+/// Some programs put the projector into the middle of the code's range: 24 rows of 32 are positions 4 to 27.
+/// Then as many positions lie beyond `size` as are missing at the beginning.
+Reach::Axis centred_reach(const SequenceLight& light, StripeAxis axis, int size) {
+  constexpr double kFewestBeyond = 0.5, kMostBelow = 0.1;  // of the share that a centred pattern has there
+  constexpr std::ptrdiff_t kFewestSpelt = 200;
+  const int all = 1 << light.photographs.code.bits(axis), offset = (all - size) / 2;
+  if (offset < 2) return {};
+  std::vector<int> positions;
+  for (const std::size_t i : light.sample)
+    if (const int at = spelt(light, axis, i); at >= 0) positions.push_back(at);
+  const auto count = [&](int from, int to) {
+    double inside = 0;
+    for (const int at : positions) inside += at >= from && at < to ? 1 : 0;
+    return inside;
+  };
+  const double there = static_cast<double>(positions.size()) * offset / size;
+  if (std::ssize(positions) < kFewestSpelt || count(size, size + offset) < kFewestBeyond * there ||
+      count(0, offset) + count(size + offset, all) > kMostBelow * there)
+    return {};
+  Reach::Axis found;
+  found.first = offset;
+  found.last = quantile(positions, 0.99);
+  return found;
 }
 
 }  // namespace
@@ -383,8 +408,11 @@ OrderFinding judge_order(const SequenceLight& light) {
 Reach find_reach_beyond(const SequenceLight& light) {
   const GrayCode& code = light.photographs.code;
   if (static_cast<int>(light.pairs.size()) < code.pairs()) return {};
-  return {reach_beyond(light, StripeAxis::columns, code.projector().cols),
-          reach_beyond(light, StripeAxis::rows, code.projector().rows)};
+  const auto reach = [&](StripeAxis axis, int size) {
+    const Reach::Axis centred = centred_reach(light, axis, size);
+    return centred.first > 0 ? centred : reach_beyond(light, axis, size);
+  };
+  return {reach(StripeAxis::columns, code.projector().cols), reach(StripeAxis::rows, code.projector().rows)};
 }
 
 }  // namespace symrig::calibration

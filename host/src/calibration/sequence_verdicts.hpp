@@ -42,6 +42,8 @@ struct Reach {
   struct Axis {
     int farthest = 0;      ///< 0: none is outside
     bool swapped = false;  ///< if the coarsest pair is swapped, none is outside
+    int first = 0;         ///< > 0: the code begins here, in the middle of its range: a centred pattern
+    int last = 0;          ///< then: the last position
   };
   Axis columns, rows;
 };
