@@ -40,8 +40,8 @@ double gamma(double light) {
   return std::pow(light, 1 / 2.2);
 }
 
-std::string refusal(const SensorPhotographs& photographs) {
-  const auto merged = merge_bracket(photographs, {});
+std::string refusal(const SensorPhotographs& photographs, const KnownCamera& known = {}) {
+  const auto merged = merge_bracket(photographs, known);
   return merged.ok() ? std::string() : merged.error().line();
 }
 
@@ -62,6 +62,12 @@ TEST(BracketOrder, a_reversed_list_is_named) {
     EXPECT_NE(line.find("1.png (10 ms) is darker than 0.png (5 ms)"), std::string::npos) << line;
     EXPECT_NE(line.find("the exposures are in the reverse order"), std::string::npos) << line;
   }
+  // A camera that is known to be linear has no curve to fit, and is not merged either.
+  KnownCamera linear;
+  linear.sensor.emplace();
+  linear.sensor->noise = NoiseModel::from_electrons({.bits = 8, .pedestal = 0});
+  const std::string line = refusal(bracket(reversed, [](double v) { return v; }), linear);
+  EXPECT_NE(line.find("the exposures are in the reverse order"), std::string::npos) << line;
 }
 
 TEST(BracketOrder, two_exchanged_exposures_are_named) {
