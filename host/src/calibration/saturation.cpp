@@ -113,6 +113,32 @@ std::optional<Pile> pile_at_top(const SequenceLight& light, const std::vector<fl
   return {};
 }
 
+/// Pixels that stand at white's top value although the sums of their pairs tell that they differ: white alone
+/// was exposed for longer.
+std::optional<Pile> pile_in_white_alone(const SequenceLight& light, const std::vector<float>& white) {
+  constexpr double kSpread = 0.05, kGaps = 3, kSigmas = 6;  // of the value, of the codes' distance, of noise
+  constexpr double kLow = 0.1, kHigh = 0.9;
+  const Pile pile{top_of(white), 0};
+  float below = 0;
+  std::vector<float> excess;
+  double sigma = 0;
+  for (std::size_t k = 0; k < white.size(); ++k) {
+    if (white[k] < pile.value) below = std::max(below, white[k]);
+    if (!pile.holds(white[k])) continue;
+    const std::size_t i = light.sample[k];
+    std::vector<float> sums;
+    sums.reserve(light.pairs.size());
+    for (const int pair : light.pairs) sums.push_back(light.sum(pair, i));
+    excess.push_back(median(sums) - white[k] - light.photographs.black().values()[i]);
+    sigma = std::max(sigma, 2 * light.sigma(i));
+  }
+  if (static_cast<double>(excess.size()) <= kMostSaturated * static_cast<double>(white.size())) return {};
+  const auto value = static_cast<double>(pile.value), gap = value - static_cast<double>(below);
+  const float low = quantile(excess, kLow), high = quantile(excess, kHigh);
+  const double least = std::max({kSpread * value, kGaps * gap, kSigmas * sigma});
+  return static_cast<double>(high - low) > least ? std::optional(pile) : std::nullopt;
+}
+
 }  // namespace
 
 std::optional<std::string> largest_code_at(float value) {
@@ -145,11 +171,15 @@ Result<void> check_saturation(const SequenceLight& light) {
   if (name && at(top) > kMostSaturated)
     return saturated(light, at(top), fmt::format(": they stand at {}", *name));
   if (!light.photographs.white_peak.empty()) return {};  // the patterns' channels are not kept
-  const auto pile = pile_at_top(light, white);
-  if (!pile) return {};
-  return saturated(light, share_of(white, [&](float v) { return pile->holds(v); }),
-                   fmt::format(": they stand at {:.4g} of the file's largest code, without noise",
-                               static_cast<double>(pile->value)));
+  const auto describe = [&](const Pile& pile, const char* why) {
+    return saturated(light, share_of(white, [&](float v) { return pile.holds(v); }),
+                     fmt::format(": they stand at {:.4g} of the file's largest code, {}",
+                                 static_cast<double>(pile.value), why));
+  };
+  if (const auto pile = pile_in_white_alone(light, white))
+    return describe(*pile, "although their patterns differ");
+  if (const auto pile = pile_at_top(light, white)) return describe(*pile, "without noise");
+  return {};
 }
 
 }  // namespace symrig::calibration

@@ -14,8 +14,9 @@ namespace symrig::calibration {
 std::optional<std::string> largest_code_at(float value);
 
 /// White is saturated if more than 2 % of the lit pixels stand at the largest value, and it is
-/// - CodePhotographs::saturation, or
-/// - the largest code of fewer bits, or
+/// - CodePhotographs::saturation; or
+/// - the largest code of fewer bits; or
+/// - any value, although the sums of their pairs differ from pixel to pixel; or
 /// - any value without noise: the pixels stand there in all patterns that light them, while darker pixels
 ///   change from pattern to pattern.
 /// error: a scene of one value, without noise, is not refused.  fails: bad_value.

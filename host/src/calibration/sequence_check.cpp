@@ -128,19 +128,32 @@ Result<void> check_order(const SequenceLight& light) {
 }
 
 /// A code that begins in the middle of its range shifts the whole map. A larger projector does not: it has
-/// positions before that.
+/// positions before that. A swapped coarsest pair also leaves positions out at the beginning; it mirrors the
+/// map.
 Result<void> check_centred(const SequenceLight& light, const Reach& reach) {
   const GrayCode& code = light.photographs.code;
-  for (const auto& [axis, what] : {std::pair(reach.columns, "column"), std::pair(reach.rows, "row")}) {
+  for (const StripeAxis direction : {StripeAxis::columns, StripeAxis::rows}) {
+    const bool rows = direction == StripeAxis::rows;
+    const Reach::Axis& axis = rows ? reach.rows : reach.columns;
     if (axis.first == 0) continue;
-    const int all = 1 << code.bits(what[0] == 'r' ? StripeAxis::rows : StripeAxis::columns);
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the stripes run from {0} {1} to {0} {2}, of {3} positions of their code: the pattern "
-                    "lies in the middle of its code, so that all positions are {1} too large",
-                    what, axis.first, axis.last, all),
-        "show a code that begins at 0 (gray_code_patterns() makes it); another projector size does not "
-        "help"};
+    const int all = 1 << code.bits(direction), pair = rows ? code.column_bits() : 0;
+    const int offset = (all - (rows ? code.projector().rows : code.projector().cols)) / 2;
+    const std::string centred = fmt::format(
+        "the pattern lies in the middle of its code, so that all positions are {} too large", offset);
+    const std::string swapped = fmt::format("{} and {} ({}) are swapped", light.name(2 * pair),
+                                            light.name(2 * pair + 1), code.pair(pair).name);
+    const std::string where = fmt::format(
+        "the stripes run from {0} {1} to {0} {2}, of {3} positions of their "
+        "code{4}: ",
+        rows ? "row" : "column", axis.first, axis.last, all,
+        reach.mirrored ? ", and the picture is mirrored" : "");
+    const std::string begin_at_0 =
+        "show a code that begins at 0 (gray_code_patterns() makes it); another projector size does not help";
+    if (!axis.swapped) return Error{ErrorCode::bad_value, where + centred, begin_at_0};
+    return Error{ErrorCode::bad_value,
+                 where + (reach.mirrored ? swapped + ", or " + centred : centred + ", or " + swapped),
+                 reach.mirrored ? "exchange the two files; or " + begin_at_0
+                                : begin_at_0 + "; or exchange the two files"};
   }
   return {};
 }

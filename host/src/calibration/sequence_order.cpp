@@ -352,11 +352,13 @@ int spelt(const SequenceLight& light, StripeAxis axis, std::size_t pixel) {
   return value;
 }
 
+constexpr int kApart = 4;               // projector pixels between neighbours of one surface
+constexpr double kMostMirrored = 0.02;  // of the positions that a swapped coarsest pair puts beyond `size`
+
 /// How far clear positions lie beyond `size` whose neighbours lie there too: the 90 % quantile. None if fewer
 /// than 1 in 200 do.
 Reach::Axis reach_beyond(const SequenceLight& light, StripeAxis axis, int size) {
-  constexpr int kApart = 4;  // projector pixels between neighbours of one surface
-  constexpr double kLeast = 0.005, kMostMirrored = 0.02;
+  constexpr double kLeast = 0.005;
   const int last = (1 << light.photographs.code.bits(axis)) - 1;
   double clear = 0, mirrored = 0;
   std::vector<int> beyond;
@@ -393,10 +395,35 @@ Reach::Axis centred_reach(const SequenceLight& light, StripeAxis axis, int size)
   if (std::ssize(positions) < kFewestSpelt || count(size, size + offset) < kFewestBeyond * there ||
       count(0, offset) + count(size + offset, all) > kMostBelow * there)
     return {};
+  const double mirrored = count(0, all - size - kApart);
   Reach::Axis found;
-  found.first = offset;
+  found.first = quantile(positions, 0.01);
   found.last = quantile(positions, 0.99);
+  found.swapped = mirrored < kMostMirrored * static_cast<double>(positions.size());
   return found;
+}
+
+/// Whether neighbours in the camera are mirrored in the projector: the sign of the map's determinant.
+bool is_mirrored(const SequenceLight& light) {
+  constexpr std::size_t kAside = 4;      // camera pixels
+  constexpr int kFarthest = 8 * kAside;  // projector pixels between neighbours of one surface
+  const std::size_t width = light.photographs.camera().cols, all = light.amplitude.values().size();
+  double turned = 0, mirrored = 0;
+  for (const std::size_t i : light.sample) {
+    if (i + kAside * width + kAside >= all) continue;
+    std::array<std::array<int, 3>, 2> at{};
+    bool spelled = true;
+    for (const StripeAxis axis : {StripeAxis::columns, StripeAxis::rows}) {
+      auto& of = at[axis == StripeAxis::rows];
+      of = {spelt(light, axis, i), spelt(light, axis, i + kAside), spelt(light, axis, i + kAside * width)};
+      for (const int one : of) spelled = spelled && one >= 0 && std::abs(one - of[0]) <= kFarthest;
+    }
+    if (!spelled) continue;
+    const auto& [x, y] = at;
+    const int handed = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]);
+    turned += handed > 0 ? 1 : 0, mirrored += handed < 0 ? 1 : 0;
+  }
+  return mirrored > turned;
 }
 
 }  // namespace
@@ -412,7 +439,11 @@ Reach find_reach_beyond(const SequenceLight& light) {
     const Reach::Axis centred = centred_reach(light, axis, size);
     return centred.first > 0 ? centred : reach_beyond(light, axis, size);
   };
-  return {reach(StripeAxis::columns, code.projector().cols), reach(StripeAxis::rows, code.projector().rows)};
+  Reach found{reach(StripeAxis::columns, code.projector().cols),
+              reach(StripeAxis::rows, code.projector().rows)};
+  const auto is_outside = [](const Reach::Axis& axis) { return axis.first > 0 || axis.farthest > 0; };
+  if (is_outside(found.columns) || is_outside(found.rows)) found.mirrored = is_mirrored(light);
+  return found;
 }
 
 }  // namespace symrig::calibration

@@ -46,6 +46,7 @@ struct Reach {
     int last = 0;          ///< then: the last position
   };
   Axis columns, rows;
+  bool mirrored = false;  ///< neighbours lie as in a mirror; known if some position is outside
 };
 Reach find_reach_beyond(const SequenceLight& light);
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <string>
 
 #include <fmt/format.h>
@@ -129,6 +130,19 @@ TEST(Saturation, is_not_said_of_good_photographs) {
     }
     EXPECT_EQ(refusal(two_values(), camera).find("saturated"), std::string::npos) << k;
     ++k;
+  }
+}
+
+// Light in floating point has no largest code. White is exposed for twice as long as the patterns.
+TEST(Saturation, of_white_alone_is_found_in_light_too) {
+  for (const float most : {1.0F, 0.9F, 10.0F}) {
+    CodePhotographs photographs = taken(usual(), GrayCode({80, 100}), {.largest = 4095});
+    photographs.saturation = std::numeric_limits<float>::infinity();
+    for (float& v : photographs.images[photographs.code.white()].values()) v = std::min(2 * v, most);
+    const auto result = calibration::check_sequence(photographs, {});
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.error().line().find("(white) is saturated") != std::string::npos, most < 10)
+        << result.error().line();
   }
 }
 
