@@ -64,16 +64,44 @@ std::vector<const Still*> ladder_of(const SensorPhotographs& photographs) {
   return ladder;
 }
 
-Error longer_is_darker(const Still& shorter, const Still& longer, const Difference& by, bool all) {
-  return {ErrorCode::bad_value,
-          fmt::format("{} is darker than {} in {:.0f} % of the values that differ: {}", name_of(longer),
-                      name_of(shorter), 100 * by.darker / by.changed(),
-                      all ? "the exposures are in the reverse order"
-                          : "exposures are exchanged, or the light has changed"),
+/// Whether each frame from the second one on shows the exposure of the one before: they grow, and the first
+/// one, which belongs to what was before, is no shorter one.
+bool is_late(const std::vector<const Still*>& ladder) {
+  if (ladder.size() < 3) return false;
+  for (std::size_t k = 2; k < ladder.size(); ++k)
+    if (compare(*ladder[k - 1], *ladder[k]).is_darker()) return false;
+  return compare(*ladder[0], *ladder[1]).is_darker();
+}
+
+Error longer_is_darker(const std::vector<const Still*>& ladder, std::size_t at, const Difference& by,
+                       bool all) {
+  const std::string seen =
+      fmt::format("{} is darker than {} in {:.0f} % of the values that differ", name_of(*ladder[at + 1]),
+                  name_of(*ladder[at]), 100 * by.darker / by.changed());
+  const std::string late =
+      at == 0 && is_late(ladder)
+          ? "the frames are one late, since all others grow with their exposure (the first one is of another "
+            "bracket)"
+          : "";
+  const std::string order = all            ? "the exposures are in the reverse order"
+                            : late.empty() ? "exposures are exchanged, or the light has changed"
+                                           : late + ", or exposures are exchanged, or the light has changed";
+  return {ErrorCode::bad_value, seen + ": " + order,
           "correct the exposures in capture.toml, or photograph the bracket again"};
 }
 
+/// A camera gives no two frames of the same codes: read noise changes some of them.
+bool are_the_same(const Still& one, const Still& other) {
+  return one.codes == other.codes;
+}
+
 Error both_are_equal(const Still& shorter, const Still& longer) {
+  if (are_the_same(shorter, longer))
+    return {
+        ErrorCode::bad_value,
+        fmt::format("{} and {} are the same frame, code for code: one was doubled, and another is missing",
+                    name_of(longer), name_of(shorter)),
+        "photograph the bracket again"};
   return {
       ErrorCode::bad_value,
       fmt::format("{} is as bright as {}: the camera has not used these exposures (automatic exposure), or "
@@ -90,10 +118,9 @@ Result<void> check_bracket_order(const SensorPhotographs& photographs) {
   for (std::size_t k = 1; k < ladder.size(); ++k) found.push_back(compare(*ladder[k - 1], *ladder[k]));
   const auto first = std::ranges::find_if(found, &Difference::is_darker);
   if (first != found.end()) {
-    const auto at = static_cast<std::size_t>(first - found.begin());
     const bool all = std::ranges::all_of(
         found, [](const Difference& one) { return one.is_darker() || one.changed() < kFewestPixels; });
-    return longer_is_darker(*ladder[at], *ladder[at + 1], *first, all);
+    return longer_is_darker(ladder, static_cast<std::size_t>(first - found.begin()), *first, all);
   }
   const auto same = std::ranges::find_if(found, &Difference::is_equal);
   if (same == found.end()) return {};

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_check.hpp"
 
+#include "calibration/clear_pixels.hpp"
 #include "calibration/saturation.hpp"
+#include "calibration/sequence_arrangement.hpp"
+#include "calibration/sequence_changes.hpp"
 #include "calibration/sequence_verdicts.hpp"
 #include "symrig/base/quantile.hpp"
 
@@ -158,44 +161,78 @@ Result<void> check_centred(const SequenceLight& light, const Reach& reach) {
   return {};
 }
 
-Result<void> check_reach(const SequenceLight& light) {
-  const Reach reach = find_reach_beyond(light);
+Result<void> check_reach(const SequenceLight& light, bool mirrored) {
+  Reach reach = find_reach_beyond(light);
+  reach.mirrored = reach.mirrored != mirrored;
   SYMRIG_CHECK(check_centred(light, reach));
   const GrayCode& code = light.photographs.code;
   const Grid projector = code.projector();
-  std::vector<std::string> where, else_swapped;
+  std::vector<std::string> where;
+  std::vector<Cause> causes;
   const auto add = [&](const Reach::Axis& axis, const char* what, int coarsest) {
     if (axis.farthest == 0) return;
     where.push_back(fmt::format("{} {}", what, axis.farthest));
-    if (axis.swapped)
-      else_swapped.push_back(fmt::format(", or {} and {} ({}) are swapped and the map runs backwards",
-                                         light.name(2 * coarsest), light.name(2 * coarsest + 1),
-                                         code.pair(coarsest).name));
+    if (axis.swapped && reach.mirrored)
+      causes.push_back(
+          {fmt::format("{} and {} ({}) are swapped, since the map runs backwards", light.name(2 * coarsest),
+                       light.name(2 * coarsest + 1), code.pair(coarsest).name),
+           "exchange the two files"});
   };
   add(reach.rows, "row", code.column_bits());
   add(reach.columns, "column", 0);
   if (where.empty()) return {};
+  if (reach.exchanged && reach.mirrored)
+    causes.insert(causes.begin(),
+                  {"the rows come before the columns, since the map is mirrored and fits if they "
+                   "are exchanged",
+                   "name the files by the order: column pairs, row pairs, white, black"});
   const Grid least{std::max(projector.rows, reach.rows.farthest + 1),
                    std::max(projector.cols, reach.columns.farthest + 1)};
-  return Error{ErrorCode::bad_value,
-               fmt::format("the stripes reach {}: the projector that showed them is larger than {}{}",
-                           fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
-               fmt::format("give its size as projector, or in capture.toml: at least {} in rows x columns",
-                           to_string(least))};
+  causes.push_back(
+      {fmt::format("the stripes reach {}: the projector that showed them is larger than {}",
+                   fmt::join(where, " and "), to_string(projector)),
+       fmt::format("give its size as projector, or in capture.toml: at least {} in rows x columns",
+                   to_string(least))});
+  return error_of(causes);
 }
 
 }  // namespace
 
-Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out) {
-  const SequenceLight light = find_sequence_light(photographs, held_out);
-  if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding reports it
+Result<void> explain_contradiction(const CodePhotographs& photographs, const Result<void>& finding,
+                                   bool definite) {
+  const ClearPixels clear = find_clear_pixels(photographs);
+  std::vector<Cause> causes = find_arrangements(photographs, clear);
+  if (causes.empty() && !finding) {
+    const LightChanges changes(photographs, clear);
+    causes = definite ? changes.all() : changes.most();
+  }
+  return causes.empty() ? finding : Result<void>(error_of(causes));
+}
+
+Result<void> check_light(const CodePhotographs& photographs) {
+  const ClearPixels clear = find_clear_pixels(photographs);
+  std::vector<Cause> causes = LightChanges(photographs, clear).harmful();
+  if (causes.empty()) causes = find_sharpening(photographs, clear);
+  return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
+}
+
+Result<void> check_sequence(const CodePhotographs& photographs, const DecodeOptions& options) {
+  const SequenceLight light = find_sequence_light(photographs, options.held_out_pair);
+  if (light.sample.empty() || light.pairs.size() < 2) return explain_contradiction(photographs, {}, false);
   SYMRIG_CHECK(check_saturation(light));
   const SumsVerdict sums = check_sums(light);
-  // A small movement also changes sums, but its own message says more.
-  if (sums.change || sums.result.ok()) SYMRIG_CHECK(check_shifts(light));
-  SYMRIG_CHECK(sums.result);
-  SYMRIG_CHECK(check_order(light));
-  return check_reach(light);
+  if (!sums.result) {
+    if (sums.definite) return explain_contradiction(photographs, sums.result, true);
+    // A small movement also changes sums, but its own message says more.
+    const Result<void> shifts = sums.change ? check_shifts(light) : Result<void>();
+    return explain_contradiction(photographs, shifts ? sums.result : shifts, false);
+  }
+  if (const auto shifts = check_shifts(light); !shifts)
+    return explain_contradiction(photographs, shifts, false);
+  if (const auto order = check_order(light); !order) return explain_contradiction(photographs, order, true);
+  SYMRIG_CHECK(check_reach(light, options.mirrored));
+  const auto causes = LightChanges(photographs, find_clear_pixels(photographs)).spoiling();
+  return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
 }
 
 }  // namespace symrig::calibration

@@ -442,7 +442,12 @@ Reach find_reach_beyond(const SequenceLight& light) {
   Reach found{reach(StripeAxis::columns, code.projector().cols),
               reach(StripeAxis::rows, code.projector().rows)};
   const auto is_outside = [](const Reach::Axis& axis) { return axis.first > 0 || axis.farthest > 0; };
-  if (is_outside(found.columns) || is_outside(found.rows)) found.mirrored = is_mirrored(light);
+  if (!is_outside(found.columns) && !is_outside(found.rows)) return found;
+  found.mirrored = is_mirrored(light);
+  const Grid projector = code.projector();
+  found.exchanged = code.row_bits() == code.column_bits() &&
+                    reach_beyond(light, StripeAxis::columns, projector.rows).farthest == 0 &&
+                    reach_beyond(light, StripeAxis::rows, projector.cols).farthest == 0;
   return found;
 }
 
