@@ -26,7 +26,7 @@ float range_of(const CodePhotographs& photographs, std::size_t pixel) {
 }  // namespace
 
 ClearPixels find_clear_pixels(const CodePhotographs& photographs) {
-  constexpr std::size_t kMost = 20'000;
+  constexpr std::size_t kMost = 8'000;
   constexpr double kBright = 0.95;
   constexpr float kClear = 0.25F;
   const Grid grid = photographs.camera();

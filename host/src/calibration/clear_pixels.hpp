@@ -11,7 +11,7 @@ namespace symrig::calibration {
 /// Pixels that change clearly from photograph to photograph, whatever their order is. Nothing of the sequence
 /// is assumed, so they also serve a sequence that contradicts itself.
 struct ClearPixels {
-  std::vector<std::size_t> at;  ///< at most 20,000, away from the last rows and columns
+  std::vector<std::size_t> at;  ///< at most 8,000, away from the last rows and columns
   double contrast = 0;          ///< rms of their range over the photographs
 
   static constexpr int kNext = 2;  ///< pixels to the right and below that exist

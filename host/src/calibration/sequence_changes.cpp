@@ -117,6 +117,7 @@ class Changes {
         quantile(std::vector<double>(gains_), 0.9) - quantile(std::vector<double>(gains_), 0.1);
     const double white = gains_.back(), middle = median(std::vector<double>(gains_));
     const double effect = std::max(spread / 2, std::abs(white / middle - 1));
+    if (!is_of_light(low, high, middle)) return;
     const std::string range = fmt::format("by factors of {:.2f} to {:.2f}", low, high);
     if (is_automatic(middle))
       add(left, effect,
@@ -133,6 +134,16 @@ class Changes {
                           ? "the lamp warms up or cools down (drift)"
                           : "the lamp or the room light flickers, or the exposure is automatic"),
           "fix exposure and gain; expose for whole periods of the lamp; photograph the sequence again", true);
+  }
+  /// A lamp or an exposure changes several photographs, by moderate factors. One that shows another pattern
+  /// has no factor.
+  bool is_of_light(double low, double high, double middle) const {
+    constexpr double kMost = 3, kChanged = 0.03;
+    constexpr std::ptrdiff_t kFewest = 3;
+    const auto changed =
+        std::ranges::count_if(gains_, [&](double one) { return std::abs(one / middle - 1) > kChanged; });
+    const bool white = gains_.back() < (1 - kChanged) * middle;
+    return high < kMost * middle && middle < kMost * low && (changed >= kFewest || (changed == 1 && white));
   }
   static constexpr double kClearly = 0.85;
   /// Of the gains with something else that is known of each photograph.
@@ -349,10 +360,10 @@ std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const Cle
       all += 1;
     }
   if (below < kMost * all || above < kMost * all) return {};
-  return {{fmt::format(
-               "the photographs are sharpened: patterns are darker than black in {:.0f} % of the values, and "
-               "brighter than white in {:.0f} %",
-               100 * below / all, 100 * above / all),
+  return {{fmt::format("the photographs are sharpened, or strongly compressed: patterns are darker than "
+                       "black in {:.0f} % of the values, and "
+                       "brighter than white in {:.0f} %",
+                       100 * below / all, 100 * above / all),
            "switch the sharpening of the camera off, or take raw photographs"}};
 }
 
