@@ -91,6 +91,21 @@ Image<float> sharpened(const Image<float>& image) {
   return sharp;
 }
 
+/// As strong compression does: the details of each 2 × 2 pixels are rounded to a twentieth of the range.
+Image<float> compressed(const Image<float>& image) {
+  Image<float> out = image;
+  for (int r = 0; r + 1 < image.grid().rows; r += 2)
+    for (int c = 0; c + 1 < image.grid().cols; c += 2) {
+      const float mean =
+          (image.at(r, c) + image.at(r, c + 1) + image.at(r + 1, c) + image.at(r + 1, c + 1)) / 4;
+      for (int i = 0; i < 4; ++i) {
+        float& v = out.at(r + i / 2, c + i % 2);
+        v = mean + std::round((v - mean) * 20) / 20;
+      }
+    }
+  return out;
+}
+
 struct Fault {
   const char* name;
   std::function<void(Photographs&)> light;
@@ -240,6 +255,10 @@ std::vector<Fault> rigs() {
       of_codes("cut black", {},
                [](CodePhotographs& p) {
                  for (auto& i : p.images) change_each(i, [](double v) { return std::max(v - 0.03, 0.0); });
+               }),
+      of_codes("compressed", {"compressed"},
+               [](CodePhotographs& p) {
+                 for (auto& i : p.images) i = compressed(i);
                }),
       of_light("mosaic", {},
                [](Photographs& p) {
