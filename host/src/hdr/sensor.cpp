@@ -146,7 +146,7 @@ Result<void> check_raw(const std::vector<Codes>& level, double pedestal,
 /// Photons make variances that are a straight line of the light. A tone curve bends it.
 Result<void> check_straight(std::vector<hdr::TransferPoint> points, const hdr::TransferLine& line) {
   constexpr std::size_t kGroups = 6;
-  constexpr double kMost = 0.15, kSigmas = 5;
+  constexpr double kMost = 0.15, kDeviations = 5;
   std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.mean < b.mean; });
   for (std::size_t group = 0; group < kGroups; ++group) {
     double ratio = 0, samples = 0, light = 0;
@@ -154,7 +154,7 @@ Result<void> check_straight(std::vector<hdr::TransferPoint> points, const hdr::T
       ratio += points[k].samples * points[k].variance / (line.offset + line.slope * points[k].mean);
       light += points[k].samples * points[k].mean, samples += points[k].samples;
     }
-    if (!(samples > 0) || std::abs(ratio / samples - 1) <= kMost + kSigmas * std::sqrt(2 / samples)) continue;
+    if (!(samples > 0) || std::abs(ratio / samples - 1) <= kMost + kDeviations * std::sqrt(2 / samples)) continue;
     return bad_frames(
         ErrorCode::bad_value,
         fmt::format("the noise of the frames is not a straight line of their light: at {:.0f} DN above "
