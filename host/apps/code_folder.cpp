@@ -43,6 +43,8 @@ CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments) {
       .add_option("--projector", arguments.projector,
                   "Size of the projector (default: from the number of photographs)")
       ->type_name("ROWSxCOLUMNS");
+  command.add_flag("--mirrored", arguments.mirrored,
+                   "The photographs show a rear projection, or were taken through a mirror");
   command.add_flag(
       "--unchecked", arguments.unchecked,
       "Decode a sequence even if its photographs contradict each other; the result may be wrong");
@@ -55,6 +57,13 @@ Result<CodePhotographs> read_code_folder(const CodeFolder& arguments, const Prog
   SYMRIG_TRY(options.projector, parse_projector(arguments.projector));
   options.progress = progress;
   return read_gray_code_folder(arguments.folder, options);
+}
+
+DecodeOptions decode_options(const CodeFolder& arguments) {
+  DecodeOptions options;
+  options.check_sequence = !arguments.unchecked;
+  options.mirrored = arguments.mirrored;
+  return options;
 }
 
 std::string folder_name(const std::string& folder) {

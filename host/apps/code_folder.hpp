@@ -3,6 +3,7 @@
 
 #include "symrig/base/progress.hpp"
 #include "symrig/calibration/gray_code.hpp"
+#include "symrig/calibration/pixel_map.hpp"
 
 #include <string>
 
@@ -10,10 +11,10 @@
 
 namespace symrig::apps {
 
-/// `--from DIR`, `--projector ROWSxCOLUMNS` and `--unchecked`, shared by calibrate and fit.
+/// `--from DIR`, `--projector ROWSxCOLUMNS`, `--mirrored` and `--unchecked`, shared by calibrate and fit.
 struct CodeFolder {
   std::string folder, projector;
-  bool unchecked = false;
+  bool mirrored = false, unchecked = false;
 };
 
 /// Adds the options. The command decides whether --from is required.
@@ -22,6 +23,9 @@ CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments);
 /// Reads the photographs of a Gray-code sequence.  fails: bad_argument (--projector), as
 /// read_gray_code_folder.
 Result<CodePhotographs> read_code_folder(const CodeFolder& arguments, const Progress& progress);
+
+/// How to decode them.
+DecodeOptions decode_options(const CodeFolder& arguments);
 
 /// The last part of the folder's path. A scene made from the folder gets this name.
 std::string folder_name(const std::string& folder);

@@ -39,9 +39,7 @@ struct Calibration {
 Result<Calibration> from_folder(const CodeFolder& from) {
   Meter meter("calibrate", "photographs");
   SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(from, meter.progress()));
-  DecodeOptions options;
-  options.check_sequence = !from.unchecked;
-  SYMRIG_TRY(PixelMap map, decode(photographs, options));
+  SYMRIG_TRY(PixelMap map, decode(photographs, decode_options(from)));
   Calibration calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
   // A map of a few pixels has no smooth model; the map itself is good.
   if (auto smooth = fit_smooth_map(calibration.map)) calibration.summary.smooth = *std::move(smooth);
@@ -164,8 +162,10 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
   if (arguments.measures_sensor && !arguments.levels.empty())
     return Error{ErrorCode::bad_argument, "--sensor and --levels are two measurements",
                  "measure one after the other"};
-  if (arguments.from.folder.empty() && arguments.from.unchecked)
-    return Error{ErrorCode::bad_argument, "--unchecked needs --from", "see symrig calibrate --help"};
+  if (arguments.from.folder.empty() && (arguments.from.unchecked || arguments.from.mirrored))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--{} needs --from", arguments.from.unchecked ? "unchecked" : "mirrored"),
+                 "see symrig calibrate --help"};
   if (arguments.rig.empty() && !arguments.levels.empty())
     return Error{ErrorCode::bad_argument, "--levels needs --rig", "see symrig calibrate --help"};
   if (!arguments.levels.empty() && !(arguments.output + arguments.uncertainty + arguments.report).empty())

@@ -84,7 +84,7 @@ Result<void> run(const FitArguments& arguments) {
   std::optional<Meter> meter(std::in_place, "fit", "steps");
   SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(arguments.from, meter->progress()));
   FitOptions options;
-  options.decode.check_sequence = !arguments.from.unchecked;
+  options.decode = decode_options(arguments.from);
   SYMRIG_TRY(options.decode.held_out_pair, held_out_pair(arguments, photographs.code));
   SYMRIG_TRY(FirstBounceFit fit, fit_first_bounce(photographs, options));
   SYMRIG_TRY(const std::vector<HeldOutError> errors, errors_of(fit));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/bracket_merge.hpp"
 
+#include "calibration/bracket_order.hpp"
 #include "calibration/sensor_frames.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 #include "symrig/hdr/response_merge.hpp"
@@ -177,6 +178,7 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
   if (frames.size() < 2)
     return Error{ErrorCode::bad_value, "the folder has fewer than two exposures of a still scene",
                  "name them in [[sensor.bracket]] of its capture.toml"};
+  SYMRIG_CHECK(calibration::check_bracket_order(photographs));
   MergedBracket merged;
   if (known.sensor || known.response) {
     merged.camera.sensor = known.sensor;

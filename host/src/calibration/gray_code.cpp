@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gray_code.hpp"
 
+#include "calibration/captured.hpp"
+#include "calibration/sequence_arrangement.hpp"
 #include "calibration/sequence_kind.hpp"
 #include "image/codec.hpp"
 #include "symrig/calibration/capture_file.hpp"
@@ -10,6 +12,7 @@
 #include <bit>
 #include <cctype>
 #include <numeric>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -54,6 +57,29 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j || (a.size() - i == b.size() - j && a < b);
 }
 
+/// The last number in a file's name; −1 if there is none.
+long number_in(const fs::path& picture) {
+  const std::string name = picture.stem().string();
+  const std::size_t last = name.find_last_of("0123456789");
+  if (last == std::string::npos) return -1;
+  const std::size_t before = name.find_last_not_of("0123456789", last);
+  const std::size_t first = before == std::string::npos ? 0 : before + 1;
+  return last - first > 8 ? -1 : std::stol(name.substr(first, last - first + 1));
+}
+
+/// A camera counts IMG_9998, IMG_9999, IMG_0000 (or IMG_0001). By their names, those after 9999 come first;
+/// by their numbers, they follow it. pictures: in natural order.
+void follow_the_counter(std::vector<fs::path>& pictures) {
+  constexpr long kFirst = 1;
+  const long last = number_in(pictures.back()), first = number_in(pictures.front());
+  if (first < 0 || first > kFirst || (last != 999 && last != 9'999 && last != 99'999)) return;
+  std::vector<std::size_t> gaps;
+  for (std::size_t k = 1; k < pictures.size(); ++k)
+    if (number_in(pictures[k]) != number_in(pictures[k - 1]) + 1) gaps.push_back(k);
+  if (gaps.size() == 1)
+    std::ranges::rotate(pictures, pictures.begin() + static_cast<std::ptrdiff_t>(gaps.front()));
+}
+
 /// raw: whether .raw files count as pictures.
 Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
   std::error_code error;
@@ -72,17 +98,8 @@ Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
     return Error{ErrorCode::not_found, folder.string() + ": contains no .png, .exr or .pfm file",
                  "give the folder of the photographs"};
   std::ranges::sort(pictures, natural_less, [](const fs::path& p) { return p.filename().string(); });
+  follow_the_counter(pictures);
   return pictures;
-}
-
-/// The last number in a file's name; −1 if there is none.
-long number_in(const fs::path& picture) {
-  const std::string name = picture.stem().string();
-  const std::size_t last = name.find_last_of("0123456789");
-  if (last == std::string::npos) return -1;
-  const std::size_t before = name.find_last_not_of("0123456789", last);
-  const std::size_t first = before == std::string::npos ? 0 : before + 1;
-  return last - first > 8 ? -1 : std::stol(name.substr(first, last - first + 1));
 }
 
 /// The first gap in the files' numbers, for messages; empty if there is none: " (between 02.png and 04.png
@@ -130,6 +147,17 @@ Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pi
 double mean(const Image<float>& image) {
   const auto values = image.values();
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Whether the mean light is the same in all photographs, to a hundredth: patterns have half of white's.
+bool are_all_alike(const CodePhotographs& photographs) {
+  constexpr double kAlike = 0.01;
+  double least = 1e300, most = -1e300;
+  for (const Image<float>& image : photographs.images) {
+    const double light = mean(image);
+    least = std::min(least, light), most = std::max(most, light);
+  }
+  return most - least <= kAlike * std::abs(most);
 }
 
 }  // namespace
@@ -191,10 +219,16 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
   SYMRIG_CHECK(check_same_size(photographs));
   const auto name = [&](int i) { return photographs.names[i]; };
   if (mean(photographs.white()) > mean(photographs.black())) return {};
-  return Error{ErrorCode::bad_value,
-               fmt::format("white ({}) is not brighter than black ({})", name(photographs.code.white()),
-                           name(photographs.code.black())),
-               "the order is: column pairs, row pairs, white, black"};
+  const auto causes =
+      calibration::find_arrangements(photographs, calibration::find_clear_pixels(photographs));
+  if (!causes.empty()) return calibration::error_of(causes);
+  const std::string seen = fmt::format("white ({}) is not brighter than black ({})",
+                                       name(photographs.code.white()), name(photographs.code.black()));
+  if (are_all_alike(photographs))
+    return Error{ErrorCode::bad_value,
+                 seen + ", and no photograph is brighter than another: the camera does not see the projector",
+                 "check lamp, lens cap, shutter and exposure"};
+  return Error{ErrorCode::bad_value, seen, "the order is: column pairs, row pairs, white, black"};
 }
 
 Result<void> check_same_size(const CodePhotographs& photographs) {
@@ -266,6 +300,28 @@ double unlike_sums(const std::vector<std::vector<float>>& pictures, std::size_t 
   return light > 0 ? std::sqrt(squares * static_cast<double>(pixels)) / light : 1;
 }
 
+/// Finds a photograph that is in the folder twice, if there is one too many. Neighbours of a sequence light
+/// different parts of the scene, so two that are alike but for noise are the same pattern.
+Result<void> check_none_is_doubled(const fs::path& folder, const std::vector<fs::path>& pictures,
+                                   const std::vector<std::vector<float>>& few) {
+  constexpr double kAlike = 0.15;  // of the next smallest difference
+  std::vector<std::pair<double, std::size_t>> apart;
+  for (std::size_t k = 0; k + 1 < few.size(); ++k) {
+    double squares = 0;
+    for (std::size_t i = 0; i < few[k].size(); ++i)
+      squares += std::pow(static_cast<double>(few[k + 1][i]) - static_cast<double>(few[k][i]), 2);
+    apart.emplace_back(std::sqrt(squares), k);
+  }
+  std::ranges::partial_sort(apart, apart.begin() + 2);
+  if (apart[0].first > kAlike * apart[1].first) return {};
+  const auto name = [&](std::size_t k) { return pictures[k].filename().string(); };
+  return Error{
+      ErrorCode::size_mismatch,
+      fmt::format("{}: has {} photographs; {} shows the same as {}: it was taken twice", folder.string(),
+                  pictures.size(), name(apart[0].second + 1), name(apart[0].second)),
+      "remove one of the two"};
+}
+
 /// Finds the photograph whose partner is missing, if the file names do not show it: all other neighbours add
 /// up to one picture.
 Result<void> check_none_is_missing(const fs::path& folder, const std::vector<fs::path>& pictures,
@@ -273,10 +329,13 @@ Result<void> check_none_is_missing(const fs::path& folder, const std::vector<fs:
   const auto count = pictures.size();
   const bool one_short =
       projector ? GrayCode(*projector).photographs() == static_cast<int>(count) + 1 : count % 2 != 0;
-  if (!one_short || count < 5 || !gap_in(pictures).empty()) return {};
+  const bool one_more = projector && GrayCode(*projector).photographs() + 1 == static_cast<int>(count);
+  if (!(one_short || one_more) || count < 5 || !gap_in(pictures).empty()) return {};
   SYMRIG_TRY(const auto few, thumbnails(pictures, capture));
   for (const auto& one : few)
     if (one.size() != few.front().size()) return {};
+  SYMRIG_CHECK(check_none_is_doubled(folder, pictures, few));
+  if (!one_short) return {};
   std::size_t lone = 0;
   double least = unlike_sums(few, 0), next = 1e300;
   for (std::size_t gap = 2; gap <= count; gap += 2) {
@@ -314,14 +373,20 @@ Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureF
   SYMRIG_TRY(const GrayCode code, code_of(folder, pictures, projector));
   std::vector<Image<float>> images;
   std::vector<std::string> names;
+  calibration::Captured white;
   for (const fs::path& picture : pictures) {
-    SYMRIG_TRY(auto image, read_captured(picture, capture));
-    images.push_back(std::move(image));
+    SYMRIG_TRY(auto read, calibration::read_captured_codes(picture, capture));
+    images.push_back(std::move(read.light));
+    if (std::ssize(images) == count - 1) white = std::move(read);  // black is the last one
     names.push_back(picture.filename().string());
     if (options.progress && !options.progress({"reading", static_cast<std::int64_t>(images.size()), count}))
       return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
   }
-  return arrange_code_photographs(code.projector(), std::move(images), std::move(names));
+  SYMRIG_TRY(CodePhotographs all,
+             arrange_code_photographs(code.projector(), std::move(images), std::move(names)));
+  all.saturation = white.saturation;
+  all.white_peak = std::move(white.peak);
+  return all;
 }
 
 }  // namespace

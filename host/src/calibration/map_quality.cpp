@@ -137,8 +137,14 @@ void gather(const PixelMap& map, int row, int col, int reach, std::vector<Neighb
 
 constexpr float kNotJudged = std::numeric_limits<float>::quiet_NaN();
 
-bool lit(const PixelMap& map, std::size_t i, const MapQualityOptions& options) {
-  return static_cast<double>(map.contrast.values()[i]) > options.lit_contrast;
+/// The contrast of a lit pixel. Photographs that use less than a quarter of their range need less: 12-bit
+/// codes in 16-bit files use a sixteenth.
+double least_contrast(const PixelMap& map, const MapQualityOptions& options) {
+  constexpr double kBright = 0.99, kUsualRange = 0.25;
+  const auto values = map.contrast.values();
+  const auto bright =
+      static_cast<double>(quantile(std::vector<float>(values.begin(), values.end()), kBright));
+  return options.lit_contrast * std::clamp(bright / kUsualRange, 0.0, 1.0);
 }
 
 /// Counts over the judged pixels.
@@ -204,13 +210,14 @@ MapQuality judge_map(const PixelMap& map, const MapQualityOptions& options) {
 
 MapQuality judge_map(const PixelMap& map, const MapResiduals& residuals, const MapQualityOptions& options) {
   double all = 0, valid = 0;
+  const double least = least_contrast(map, options);
   Count count;
   count.axes = map.axes == CodeAxes::both ? 2 : 1;
   for (int row = 0; row < map.camera.rows; ++row)
     for (int col = 0; col < map.camera.cols; ++col) {
       const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(map.camera.cols) +
                      static_cast<std::size_t>(col);
-      if (!lit(map, i, options)) continue;
+      if (static_cast<double>(map.contrast.values()[i]) <= least) continue;
       all += 1;
       valid += map.mask.values()[i];
       if (map.mask.values()[i] && row % options.stride == 0 && col % options.stride == 0)

@@ -149,29 +149,57 @@ std::string coarsest_pair(const CodePhotographs& photographs, StripeAxis axis) {
                      photographs.code.pair(pair).name);
 }
 
+/// Whether the columns of the projector run along those of the camera: rows and columns are exchanged, or the
+/// camera lies on its side.
+bool columns_run_downwards(const RawMap& raw) {
+  constexpr int kApart = 8, kStride = 5;
+  const auto& col = raw.position[calibration::axis_index(StripeAxis::columns)];
+  double right = 0, down = 0;
+  for (int r = 0; r + kApart < raw.grid().rows; r += kStride)
+    for (int c = 0; c + kApart < raw.grid().cols; c += kStride) {
+      if (!raw.mask.at(r, c) || !raw.mask.at(r, c + kApart) || !raw.mask.at(r + kApart, c)) continue;
+      right += std::abs(static_cast<double>(col.at(r, c + kApart) - col.at(r, c)));
+      down += std::abs(static_cast<double>(col.at(r + kApart, c) - col.at(r, c)));
+    }
+  return down > right;
+}
+
 /// The error for a map that runs backwards. If both axes run backwards, the camera is upside down and
 /// orientation is kept. Then, as with a camera on its side, either pair may be swapped.
-Error backwards(const CodePhotographs& photographs, const RawMap& raw, double share) {
+Error backwards(const CodePhotographs& photographs, const RawMap& raw, double share, bool mirrored) {
+  const std::string seen =
+      fmt::format("the decoded map runs backwards over {:.0f} % of its pixels", 100 * share);
+  if (mirrored)
+    return {ErrorCode::bad_value, seen + " against that of a mirror: the projection is not mirrored",
+            "leave mirrored out"};
   const bool columns = runs_backwards(raw, StripeAxis::columns), rows = runs_backwards(raw, StripeAxis::rows);
   const std::string column_pair = coarsest_pair(photographs, StripeAxis::columns),
                     row_pair = coarsest_pair(photographs, StripeAxis::rows);
+  const char* const rear = "for a rear projection or a mirror, give mirrored (--mirrored)";
+  if (columns_run_downwards(raw))
+    return {ErrorCode::bad_value,
+            fmt::format(
+                "{}, and the columns run downwards: the picture is transposed; or the rows come before the "
+                "columns; or {}, or {} are swapped",
+                seen, column_pair, row_pair),
+            std::string("save the photographs as the camera takes them, columns first; ") + rear};
   const std::string pairs = columns == rows ? column_pair + ", or " + row_pair
                             : columns       ? column_pair
                                             : row_pair;
-  return {ErrorCode::bad_value,
-          fmt::format("the decoded map runs backwards over {:.0f} % of its pixels: {} are swapped, or the "
-                      "projection is mirrored",
-                      100 * share, pairs),
-          "exchange the two files"};
+  return {ErrorCode::bad_value, fmt::format("{}: {} are swapped, or the projection is mirrored", seen, pairs),
+          std::string("exchange the two files; ") + rear};
 }
 
 Result<void> check_orientation(const CodePhotographs& photographs, const RawMap& raw, double orientation) {
   if (count(raw.mask) == 0)
-    return Error{ErrorCode::bad_value, "no pixel could be decoded: the stripes do not match the sequence",
-                 "check the order: column pairs (most significant bit first), row pairs, white, black"};
+    return calibration::explain_contradiction(
+        photographs,
+        Error{ErrorCode::bad_value, "no pixel could be decoded: the stripes do not match the sequence",
+              "check the order: column pairs (most significant bit first), row pairs, white, black"},
+        false);
   const double share = calibration::oriented_share(raw, orientation);
   if (share > 0.5) return {};
-  return backwards(photographs, raw, 1 - share);
+  return backwards(photographs, raw, 1 - share, orientation < 0);
 }
 
 /// Without stripes there is no position.
@@ -275,7 +303,7 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
   SYMRIG_CHECK(check_gray_code(photographs));
   const GrayCode& code = photographs.code;
   SYMRIG_CHECK(check_pairs(code, options.held_out_pair));
-  if (options.check_sequence) SYMRIG_CHECK(calibration::check_sequence(photographs, options.held_out_pair));
+  if (options.check_sequence) SYMRIG_CHECK(calibration::check_sequence(photographs, options));
   SYMRIG_TRY(auto light, find_light(photographs, options));
   const std::vector<StripeAxis> axes = axes_of(code);
   Decoders decoders;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calibration/bracket_order.hpp"
 #include "calibration/sensor_frames.hpp"
 #include "hdr/clipping.hpp"
 #include "image/codec.hpp"
@@ -262,6 +263,7 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
     SYMRIG_TRY(findings.sensor, measure_sensor(frames_of(photographs)));
   }
   if (photographs.bracket.empty()) return findings;
+  SYMRIG_CHECK(calibration::check_bracket_order(photographs));
   const std::vector<Frame> bracket = bracket_of(photographs);
   if (findings.sensor) {
     clip_as_seen(bracket, *findings.sensor);

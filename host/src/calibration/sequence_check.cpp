@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_check.hpp"
 
+#include "calibration/clear_pixels.hpp"
+#include "calibration/saturation.hpp"
+#include "calibration/sequence_arrangement.hpp"
+#include "calibration/sequence_changes.hpp"
 #include "calibration/sequence_verdicts.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -28,20 +33,6 @@ Sample sample_of(Grid grid) {
   for (int r = kBorder; r < grid.rows - kBorder; r += stride) sample.rows.push_back(r);
   for (int c = kBorder; c < grid.cols - kBorder; c += stride) sample.cols.push_back(c);
   return sample;
-}
-
-Result<void> check_white(const SequenceLight& light) {
-  constexpr double kMostSaturated = 0.02;
-  // Integer files have 1 at their largest code. Radiance has this exact value only by chance.
-  double saturated = 0;
-  for (const std::size_t i : light.sample)
-    saturated += light.of(light.photographs.code.white(), i) == 1.0F ? 1 : 0;
-  const double share = saturated / static_cast<double>(light.sample.size());
-  if (share <= kMostSaturated) return {};
-  return Error{ErrorCode::bad_value,
-               fmt::format("{} (white) is saturated in {:.0f} % of the pixels that the projector lights",
-                           light.name(light.photographs.code.white()), 100 * share),
-               "photograph the sequence again with a shorter exposure"};
 }
 
 /// pattern + complement ≈ gain (white + black), moved by (dcol, drow) camera pixels.
@@ -139,43 +130,109 @@ Result<void> check_order(const SequenceLight& light) {
                "put the photographs in order, or photograph the sequence again"};
 }
 
-Result<void> check_reach(const SequenceLight& light) {
-  const Reach reach = find_reach_beyond(light);
+/// A code that begins in the middle of its range shifts the whole map. A larger projector does not: it has
+/// positions before that. A swapped coarsest pair also leaves positions out at the beginning; it mirrors the
+/// map.
+Result<void> check_centred(const SequenceLight& light, const Reach& reach) {
+  const GrayCode& code = light.photographs.code;
+  for (const StripeAxis direction : {StripeAxis::columns, StripeAxis::rows}) {
+    const bool rows = direction == StripeAxis::rows;
+    const Reach::Axis& axis = rows ? reach.rows : reach.columns;
+    if (axis.first == 0) continue;
+    const int all = 1 << code.bits(direction), pair = rows ? code.column_bits() : 0;
+    const int offset = (all - (rows ? code.projector().rows : code.projector().cols)) / 2;
+    const std::string centred = fmt::format(
+        "the pattern lies in the middle of its code, so that all positions are {} too large", offset);
+    const std::string swapped = fmt::format("{} and {} ({}) are swapped", light.name(2 * pair),
+                                            light.name(2 * pair + 1), code.pair(pair).name);
+    const std::string where = fmt::format(
+        "the stripes run from {0} {1} to {0} {2}, of {3} positions of their "
+        "code{4}: ",
+        rows ? "row" : "column", axis.first, axis.last, all,
+        reach.mirrored ? ", and the picture is mirrored" : "");
+    const std::string begin_at_0 =
+        "show a code that begins at 0 (gray_code_patterns() makes it); another projector size does not help";
+    if (!axis.swapped) return Error{ErrorCode::bad_value, where + centred, begin_at_0};
+    return Error{ErrorCode::bad_value,
+                 where + (reach.mirrored ? swapped + ", or " + centred : centred + ", or " + swapped),
+                 reach.mirrored ? "exchange the two files; or " + begin_at_0
+                                : begin_at_0 + "; or exchange the two files"};
+  }
+  return {};
+}
+
+Result<void> check_reach(const SequenceLight& light, bool mirrored) {
+  Reach reach = find_reach_beyond(light);
+  reach.mirrored = reach.mirrored != mirrored;
+  SYMRIG_CHECK(check_centred(light, reach));
   const GrayCode& code = light.photographs.code;
   const Grid projector = code.projector();
-  std::vector<std::string> where, else_swapped;
+  std::vector<std::string> where;
+  std::vector<Cause> causes;
   const auto add = [&](const Reach::Axis& axis, const char* what, int coarsest) {
     if (axis.farthest == 0) return;
     where.push_back(fmt::format("{} {}", what, axis.farthest));
-    if (axis.swapped)
-      else_swapped.push_back(fmt::format(", or {} and {} ({}) are swapped and the map runs backwards",
-                                         light.name(2 * coarsest), light.name(2 * coarsest + 1),
-                                         code.pair(coarsest).name));
+    if (axis.swapped && reach.mirrored)
+      causes.push_back(
+          {fmt::format("{} and {} ({}) are swapped, since the map runs backwards", light.name(2 * coarsest),
+                       light.name(2 * coarsest + 1), code.pair(coarsest).name),
+           "exchange the two files"});
   };
   add(reach.rows, "row", code.column_bits());
   add(reach.columns, "column", 0);
   if (where.empty()) return {};
+  if (reach.exchanged && reach.mirrored)
+    causes.insert(causes.begin(),
+                  {"the rows come before the columns, since the map is mirrored and fits if they "
+                   "are exchanged",
+                   "name the files by the order: column pairs, row pairs, white, black"});
   const Grid least{std::max(projector.rows, reach.rows.farthest + 1),
                    std::max(projector.cols, reach.columns.farthest + 1)};
-  return Error{ErrorCode::bad_value,
-               fmt::format("the stripes reach {}: the projector that showed them is larger than {}{}",
-                           fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
-               fmt::format("give its size as projector, or in capture.toml: at least {} in rows x columns",
-                           to_string(least))};
+  causes.push_back(
+      {fmt::format("the stripes reach {}: the projector that showed them is larger than {}",
+                   fmt::join(where, " and "), to_string(projector)),
+       fmt::format("give its size as projector, or in capture.toml: at least {} in rows x columns",
+                   to_string(least))});
+  return error_of(causes);
 }
 
 }  // namespace
 
-Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out) {
-  const SequenceLight light = find_sequence_light(photographs, held_out);
-  if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding reports it
-  SYMRIG_CHECK(check_white(light));
+Result<void> explain_contradiction(const CodePhotographs& photographs, const Result<void>& finding,
+                                   bool definite) {
+  const ClearPixels clear = find_clear_pixels(photographs);
+  std::vector<Cause> causes = find_arrangements(photographs, clear);
+  if (causes.empty() && !finding) {
+    const LightChanges changes(photographs, clear);
+    causes = definite ? changes.all() : changes.most();
+  }
+  return causes.empty() ? finding : Result<void>(error_of(causes));
+}
+
+Result<void> check_light(const CodePhotographs& photographs) {
+  const ClearPixels clear = find_clear_pixels(photographs);
+  std::vector<Cause> causes = LightChanges(photographs, clear).harmful();
+  if (causes.empty()) causes = find_sharpening(photographs, clear);
+  return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
+}
+
+Result<void> check_sequence(const CodePhotographs& photographs, const DecodeOptions& options) {
+  const SequenceLight light = find_sequence_light(photographs, options.held_out_pair);
+  if (light.sample.empty() || light.pairs.size() < 2) return explain_contradiction(photographs, {}, false);
+  SYMRIG_CHECK(check_saturation(light));
   const SumsVerdict sums = check_sums(light);
-  // A small movement also changes sums, but its own message says more.
-  if (sums.change || sums.result.ok()) SYMRIG_CHECK(check_shifts(light));
-  SYMRIG_CHECK(sums.result);
-  SYMRIG_CHECK(check_order(light));
-  return check_reach(light);
+  if (!sums.result) {
+    if (sums.definite) return explain_contradiction(photographs, sums.result, true);
+    // A small movement also changes sums, but its own message says more.
+    const Result<void> shifts = sums.change ? check_shifts(light) : Result<void>();
+    return explain_contradiction(photographs, shifts ? sums.result : shifts, false);
+  }
+  if (const auto shifts = check_shifts(light); !shifts)
+    return explain_contradiction(photographs, shifts, false);
+  if (const auto order = check_order(light); !order) return explain_contradiction(photographs, order, true);
+  SYMRIG_CHECK(check_reach(light, options.mirrored));
+  const auto causes = LightChanges(photographs, find_clear_pixels(photographs)).spoiling();
+  return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
 }
 
 }  // namespace symrig::calibration

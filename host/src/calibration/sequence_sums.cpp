@@ -31,13 +31,16 @@ class Sums {
   }
 
   SumsVerdict judge() const {
-    if (off_.empty()) return {check_bounds()};
-    if (off_.size() == 1)
-      return {judge_one(off_.front()), is_ends(off_.front()) || off_.front() == members_.front()};
-    if (off_.size() == 2) {
-      if (const auto exchanged = judge_exchange(off_[0], off_[1])) return {*exchanged};
+    if (off_.empty()) return {check_bounds(), false, true};
+    if (off_.size() == 1) {
+      SumsVerdict one = judge_one(off_.front());
+      one.change = is_ends(off_.front()) || off_.front() == members_.front();
+      return one;
     }
-    if (const auto change = judge_change()) return {*change, true};
+    if (off_.size() == 2) {
+      if (const auto exchanged = judge_exchange(off_[0], off_[1])) return {*exchanged, false, true};
+    }
+    if (const auto change = judge_change()) return *change;
     return {wrong(fmt::format("the sums of {} differ from those of the other pairs", list(off_)),
                   "photograph the sequence again, or put the photographs in order")};
   }
@@ -158,11 +161,34 @@ class Sums {
   Result<void> check_bounds() const {
     const bool is_white = bright(white()), is_black = dark(black());
     if (is_white && is_black) return {};
+    if (const auto change = local_change()) return *change;
     if (is_white) return black_is_lit();
     if (is_black) return white_is_dark();
     return wrong(
         fmt::format("{} and {}, the last two, are not white and black", name(white()), name(black())),
         candidates());
+  }
+  /// White and black contradict the patterns in a part of the scene, and agree with them elsewhere.
+  std::optional<Error> local_change() const {
+    constexpr double kLargest =
+        0.35;  // of the lit pixels; a pattern differs from white in about half of them
+    constexpr double kAgrees = 0.04;
+    const auto& sum = sum_of(light_.photographs.code.pairs());
+    double differ = 0, along = 0, square = 0;
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      const auto usual = static_cast<double>(usual_[k]), is = static_cast<double>(sum[k]);
+      if (std::abs(is - usual) > kMisfit * (high_[k] - low_[k]) + 6 * light_.sigma(light_.sample[k]))
+        differ += 1;
+      else
+        along += is * usual, square += usual * usual;
+    }
+    const double share = differ / static_cast<double>(sum.size());
+    if (share > kLargest || !(square > 0) || std::abs(along / square - 1) > kAgrees) return std::nullopt;
+    return wrong(
+        fmt::format("{} (white) and {} (black) contradict the patterns in {:.0f} % of the lit pixels, and "
+                    "agree with them in the others: something in the scene has moved or changed",
+                    name(white()), name(black()), 100 * share),
+        "photograph the sequence again, with everything fixed");
   }
   /// The photographs that look like white and black.
   std::string candidates() const {
@@ -179,40 +205,40 @@ class Sums {
     return "check the order: column pairs, row pairs, white, black";
   }
 
-  Result<void> judge_one(int pair) const {
+  SumsVerdict judge_one(int pair) const {
     if (is_ends(pair)) {
-      SYMRIG_CHECK(check_bounds());
-      return wrong(
-          fmt::format("{} (white) and {} (black) add up to {:.2f} times the sum of each pair", name(white()),
-                      name(black()), gain(pair)),
-          "photograph the sequence again: one of them has another exposure or lamp, or shows another "
-          "pattern");
+      if (const auto bounds = check_bounds(); !bounds) return {bounds, false, true};
+      return {
+          wrong(fmt::format("{} (white) and {} (black) add up to {:.2f} times the sum of each pair",
+                            name(white()), name(black()), gain(pair)),
+                "photograph the sequence again: one of them has another exposure or lamp, or shows another "
+                "pattern")};
     }
-    for (const int member : {2 * pair, 2 * pair + 1}) {
-      if (dark(member))
-        return wrong(seems(member, pair, "is dark where its pattern lights the scene"),
-                     "photograph it again");
-      if (bright(member))
-        return wrong(seems(member, pair, "is lit where its pattern leaves the scene dark"),
-                     "photograph it again");
-      if (const auto twin = same_as(member))
-        return wrong(seems(member, pair, "is the same picture as " + name(*twin)), "photograph it again");
-    }
+    for (const int member : {2 * pair, 2 * pair + 1})
+      if (const auto what = seen_of(member))
+        return {
+            wrong(fmt::format("{} {}; {} do not add up to white + black", name(member), *what, full(pair)),
+                  "photograph it again"),
+            false, true};
     const double factor = gain(pair);
     std::vector<float> scaled = usual_;
     for (float& v : scaled) v *= static_cast<float>(factor);
     const double left = distance(sum_of(pair), scaled, 2 + factor * factor);
     if (left < limit_ / 2)
-      return wrong(
-          fmt::format("{} add up to {:.2f} times white + black", full(pair), factor),
-          "photograph the sequence again with both fixed: exposure or lamp has changed for one or both of "
-          "them");
-    return wrong(fmt::format("{} do not add up to white + black ({:.0f} % off)", full(pair),
-                             100 * distance(sum_of(pair), usual_, 2)),
-                 "check both: one of them shows another pattern or exposure, or is out of order");
+      return {wrong(fmt::format("{} add up to {:.2f} times white + black", full(pair), factor),
+                    "photograph the sequence again with both fixed: exposure or lamp has changed for one or "
+                    "both of them"),
+              false, true};
+    return {wrong(fmt::format("{} do not add up to white + black ({:.0f} % off)", full(pair),
+                              100 * distance(sum_of(pair), usual_, 2)),
+                  "check both: one of them shows another pattern or exposure, or is out of order")};
   }
-  std::string seems(int member, int pair, const std::string& what) const {
-    return fmt::format("{} {}; {} do not add up to white + black", name(member), what, full(pair));
+  /// What is wrong with a photograph of a pair that does not add up.
+  std::optional<std::string> seen_of(int member) const {
+    if (dark(member)) return "is dark where its pattern lights the scene";
+    if (bright(member)) return "is lit where its pattern leaves the scene dark";
+    const auto twin = same_as(member);
+    return twin ? std::optional("is the same picture as " + name(*twin)) : std::nullopt;
   }
   const std::vector<float>& sum_of(int pair) const {
     return sums_[std::ranges::find(members_, pair) - members_.begin()];
@@ -261,7 +287,7 @@ class Sums {
   }
 
   /// All photographs up to one, or from one on, show another picture.
-  std::optional<Error> judge_change() const {
+  std::optional<SumsVerdict> judge_change() const {
     const int first = off_.front(), last = off_.back();
     if (static_cast<std::size_t>(last - first) + 1 >
         off_.size() +
@@ -278,15 +304,75 @@ class Sums {
     for (float& v : scaled) v *= static_cast<float>(factor);
     const std::string place = fmt::format("between {} and {}", name(before), name(after));
     if (distance(sum_of(clear), scaled, 2 + factor * factor) < limit_ / 2)
-      return wrong(fmt::format("exposure or lamp has changed {}: photographs {} are {:.2f} times as bright",
-                               place, begins ? "before" : "after", factor),
-                   "photograph the sequence with both fixed");
-    return wrong(
-        fmt::format(
-            "the photographs show another picture {} {}: camera, projector or scene has moved, or they "
-            "belong to another sequence",
-            begins ? "before than after a change" : "after than before a change", place),
-        "photograph the sequence again, with everything fixed");
+      return SumsVerdict{
+          wrong(fmt::format("exposure or lamp has changed {}: photographs {} are {:.2f} times as "
+                            "bright",
+                            place, begins ? "before" : "after", factor),
+                "photograph the sequence with both fixed"),
+          true, true};
+    const auto seen = another_picture(clear);
+    if (!seen) return std::nullopt;
+    return SumsVerdict{
+        wrong(fmt::format("the photographs show another picture {} {}: {}",
+                          begins ? "before than after a change" : "after than before a change", place, *seen),
+              "photograph the sequence again, with everything fixed"),
+        true};
+  }
+  /// What differs in the sum of a pair on the other side of a change. nullopt: those sums differ among
+  /// themselves, so there are no two pictures.
+  std::optional<std::string> another_picture(int clear) const {
+    for (const int one : off_)
+      if (one != clear && one != off_.front() && one != off_.back() &&
+          distance(sum_of(one), sum_of(clear), 4) > limit_)
+        return std::nullopt;
+    if (const auto by = displacement(clear))
+      return fmt::format("camera, projector or scene has moved, by {:.0f} pixels", *by);
+    double differ = 0;
+    const auto& sum = sum_of(clear);
+    for (std::size_t k = 0; k < sum.size(); ++k)
+      differ += std::abs(static_cast<double>(sum[k] - usual_[k])) >
+                        2 * limit_ * static_cast<double>(light_.amplitude.values()[light_.sample[k]])
+                    ? 1
+                    : 0;
+    const double share = differ / static_cast<double>(sum.size());
+    constexpr double kSmallPart = 0.5;
+    return share < kSmallPart
+               ? fmt::format("something in the scene has moved or changed, in {:.0f} % of the lit pixels",
+                             100 * share)
+               : fmt::format(
+                     "they differ in {:.0f} % of the lit pixels, so they belong to another sequence or "
+                     "another place of the camera",
+                     100 * share);
+  }
+  /// The whole pixels by which the sum of a pair lies beside those of the others; nullopt if no shift halves
+  /// the difference.
+  std::optional<double> displacement(int pair) const {
+    constexpr int kFarthest = 12;  // camera pixels
+    const Grid grid = light_.photographs.camera();
+    const auto reference_at = std::ranges::find_if(good_, [&](int one) { return !is_ends(one); });
+    if (reference_at == good_.end()) return std::nullopt;
+    const int reference = *reference_at;
+    const std::size_t stride = light_.sample.size() / 2000 + 1;
+    const auto left = [&](int down, int right) {
+      double squares = 0, count = 0;
+      for (std::size_t k = 0; k < light_.sample.size(); k += stride) {
+        const int row = static_cast<int>(light_.sample[k] / static_cast<std::size_t>(grid.cols)),
+                  col = static_cast<int>(light_.sample[k] % static_cast<std::size_t>(grid.cols));
+        if (row + down < 0 || row + down >= grid.rows || col + right < 0 || col + right >= grid.cols)
+          continue;
+        const std::size_t there = static_cast<std::size_t>(row + down) * static_cast<std::size_t>(grid.cols) +
+                                  static_cast<std::size_t>(col + right);
+        squares += std::pow(
+            static_cast<double>(light_.sum(pair, light_.sample[k]) - light_.sum(reference, there)), 2);
+        count += 1;
+      }
+      return count > 0 ? squares / count : 1e300;
+    };
+    double least = left(0, 0) / 4, by = 0;  // half of the rms
+    for (int down = -kFarthest; down <= kFarthest; ++down)
+      for (int right = -kFarthest; right <= kFarthest; ++right)
+        if (const double here = left(down, right); here < least) least = here, by = std::hypot(down, right);
+    return by > 0 ? std::optional(by) : std::nullopt;
   }
 
   const SequenceLight& light_;

@@ -12,7 +12,8 @@ namespace symrig::calibration {
 
 struct SumsVerdict {
   Result<void> result;
-  bool change = false;  ///< the cause may be a change at some photograph, which includes a movement
+  bool change = false;    ///< the cause may be a change at some photograph, which includes a movement
+  bool definite = false;  ///< only these photographs are wrong, and in this way
 };
 
 /// A pattern and its complement add up to white + black, so all sums are one picture. This finds the sums
@@ -42,8 +43,12 @@ struct Reach {
   struct Axis {
     int farthest = 0;      ///< 0: none is outside
     bool swapped = false;  ///< if the coarsest pair is swapped, none is outside
+    int first = 0;         ///< > 0: the code begins here, in the middle of its range: a centred pattern
+    int last = 0;          ///< then: the last position
   };
   Axis columns, rows;
+  bool exchanged = false;  ///< with rows for columns, none is outside
+  bool mirrored = false;   ///< neighbours lie as in a mirror; known if some position is outside
 };
 Reach find_reach_beyond(const SequenceLight& light);
 

@@ -78,6 +78,94 @@ Result<void> check_defects(std::span<const std::uint8_t> defects) {
       "light the sensor evenly, without structure; give the codes of one colour of another pattern");
 }
 
+/// How the differences of two frames of one level depend on their neighbours'.
+struct NoiseTexture {
+  double along = 0, across = 0;  ///< correlation of neighbours in a row, and in a column
+  double along_in_row = 0;       ///< of neighbours in a row, about the row's mean
+};
+
+NoiseTexture noise_texture(const std::vector<Codes>& level, double pedestal,
+                           std::span<const std::uint8_t> defects, Grid grid) {
+  const auto at = [&](int row, int col) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+           static_cast<std::size_t>(col);
+  };
+  std::vector<double> difference(defects.size()), in_row(defects.size());
+  // Flicker is a factor on light.
+  const double flicker =
+      (hdr::mean_of(hdr::moments(std::span(level).subspan(1, 1)).mean, defects) - pedestal) /
+      (hdr::mean_of(hdr::moments(std::span(level).first(1)).mean, defects) - pedestal);
+  for (std::size_t i = 0; i < difference.size(); ++i)
+    difference[i] = level[1][i] - pedestal - flicker * (level[0][i] - pedestal);
+  for (int row = 0; row < grid.rows; ++row) {
+    double of_row = 0;
+    for (int col = 0; col < grid.cols; ++col) of_row += difference[at(row, col)] / grid.cols;
+    for (int col = 0; col < grid.cols; ++col) in_row[at(row, col)] = difference[at(row, col)] - of_row;
+  }
+  const auto correlation = [&](const std::vector<double>& of, int down, int right) {
+    double products = 0, squares = 0;
+    for (int row = 0; row + down < grid.rows; ++row)
+      for (int col = 0; col + right < grid.cols; ++col) {
+        const std::size_t here = at(row, col), there = at(row + down, col + right);
+        if (defects[here] != 0 || defects[there] != 0) continue;
+        products += of[here] * of[there];
+        squares += (of[here] * of[here] + of[there] * of[there]) / 2;
+      }
+    return squares > 0 ? products / squares : 0;
+  };
+  return {correlation(difference, 0, 1), correlation(difference, 1, 0), correlation(in_row, 0, 1)};
+}
+
+/// Each raw pixel has its own noise. Crosstalk of pixels correlates it by some hundredths; sharpening,
+/// denoising and JPEG do by more, and then variances tell nothing about electrons.
+Result<void> check_raw(const std::vector<Codes>& level, double pedestal,
+                       std::span<const std::uint8_t> defects, Grid grid) {
+  constexpr double kMost = 0.1;
+  constexpr std::int64_t kFewest = 2500;  // pixels: chance alone reaches a fifth of kMost
+  if (grid.size() < kFewest) return {};
+  const NoiseTexture found = noise_texture(level, pedestal, defects, grid);
+  if (std::max(std::abs(found.along_in_row), std::abs(found.across)) > kMost &&
+      std::abs(found.along_in_row) > kMost / 2)
+    return bad_frames(
+        ErrorCode::bad_value,
+        fmt::format(
+            "the noise of neighbouring pixels is correlated, by {:+.2f} in rows and {:+.2f} in columns: the "
+            "flat frames are processed (sharpened, denoised or JPEG)",
+            found.along_in_row, found.across),
+        "take raw frames, without sharpening, noise reduction and compression");
+  if (found.along > kMost)
+    return bad_frames(
+        ErrorCode::bad_value,
+        fmt::format("the flat frames of a level differ in bands: {:.0f} % of the squared difference is "
+                    "common to a row; the light flickers (rolling shutter)",
+                    100 * found.along),
+        "expose for whole periods of the lamp, or use a steady one");
+  return {};
+}
+
+/// Photons make variances that are a straight line of the light. A tone curve bends it.
+Result<void> check_straight(std::vector<hdr::TransferPoint> points, const hdr::TransferLine& line) {
+  constexpr std::size_t kGroups = 6;
+  constexpr double kMost = 0.15, kDeviations = 5;
+  std::sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.mean < b.mean; });
+  for (std::size_t group = 0; group < kGroups; ++group) {
+    double ratio = 0, samples = 0, light = 0;
+    for (std::size_t k = group * points.size() / kGroups; k < (group + 1) * points.size() / kGroups; ++k) {
+      ratio += points[k].samples * points[k].variance / (line.offset + line.slope * points[k].mean);
+      light += points[k].samples * points[k].mean, samples += points[k].samples;
+    }
+    if (!(samples > 0) || std::abs(ratio / samples - 1) <= kMost + kDeviations * std::sqrt(2 / samples)) continue;
+    return bad_frames(
+        ErrorCode::bad_value,
+        fmt::format("the noise of the frames is not a straight line of their light: at {:.0f} DN above "
+                    "dark, the variance is {:.2f} times that of the line; they are processed (gamma or "
+                    "tone curve)",
+                    light / samples, ratio / samples),
+        "take raw frames, without gamma and tone curve");
+  }
+  return {};
+}
+
 /// The variation of sensitivity between pixels: Var[light / local] minus the part from temporal noise.
 double prnu_of(const std::vector<double>& light, const std::vector<double>& local,
                std::span<const std::uint8_t> defects, const hdr::TransferLine& line, std::size_t frames,
@@ -162,6 +250,7 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   std::vector<double> local = hdr::smooth_by_colour(light, defects, frames.grid);
   find_unresponsive(light, local, defects);
   SYMRIG_CHECK(check_defects(defects));
+  SYMRIG_CHECK(check_raw(*brightest, pedestal, defects, frames.grid));
   local = hdr::smooth_by_colour(light, defects, frames.grid);
   std::vector<hdr::TransferPoint> points;
   add_pairs(frames.dark, defects, frames.grid, pedestal, clipping, points);
@@ -172,8 +261,11 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
                       "take frames of at least 8 x 8 good pixels");
   const hdr::TransferLine line = hdr::fit_transfer(points);
   if (!line.rises())
-    return bad_frames(ErrorCode::bad_value, "the noise of the flat frames does not grow with their light",
+    return bad_frames(ErrorCode::bad_value,
+                      "the noise of the flat frames does not grow with their light: they are processed "
+                      "(gamma or tone curve)",
                       "take raw frames, not processed ones, and light the sensor evenly");
+  SYMRIG_CHECK(check_straight(points, line));
   hdr::set_noise(sensor, line, frames.bits, pedestal, clipping);
   sensor.prnu = prnu_of(light, local, defects, line, brightest->size(), frames.dark.size());
   sensor.dsnu = hdr::dsnu_of(dark, defects, frames.dark.size());

@@ -118,6 +118,11 @@ TEST(MapQuality, FindsOutliersAndResiduals) {
   const MapQuality quality = judge_map(map);
   EXPECT_EQ(quality.lit_share, 1);
   EXPECT_EQ(quality.valid_share, 1);
+  // 12-bit codes in 16-bit files: a sixteenth of the range says the same.
+  PixelMap dim = map;
+  for (float& v : dim.contrast.values()) v /= 16;
+  EXPECT_EQ(judge_map(dim).lit_share, 1);
+  EXPECT_EQ(judge_map(dim).rms, quality.rms);
   // At the step, whose window holds both planes by halves, up to two columns on either side may be taken for
   // outliers; never is an outlier missed.
   const double share = static_cast<double>(wrong) / static_cast<double>(camera.size());

@@ -262,6 +262,53 @@ TEST_F(Faults, a_projector_that_is_too_small) {
   }
 }
 
+/// Each cell is 4 × 4 pixels. Cell (r, c) shows position (r + top, c + left) of its code. The camera sees the
+/// rows from `first` on.
+CodePhotographs offset_code(Grid size, int top, int left, int first = 0) {
+  const GrayCode code(size);
+  const GrayCode whole(Grid{1 << code.bits(StripeAxis::rows), 1 << code.bits(StripeAxis::columns)});
+  CodePhotographs photographs{code, {}, {}};
+  std::uint64_t counter = 11ULL << 32;
+  for (int k = 0; k < code.photographs(); ++k) {
+    const Pattern pattern = whole.pattern(k);
+    Image<float> image(Grid{4 * (size.rows - first) + 20, 4 * size.cols + 20}, 1, 0.05F);
+    for (int r = 0; r < image.grid().rows; ++r)
+      for (int c = 0; c < image.grid().cols; ++c) {
+        const int y = (r - 10) / 4 + first, x = (c - 10) / 4;
+        if (r >= 10 && c >= 10 && y < size.rows && x < size.cols)
+          image.at(r, c) += 0.5F * pattern.at(y + top, x + left);
+        image.at(r, c) += 0.004F * static_cast<float>(test::normal(counter));
+      }
+    photographs.images.push_back(std::move(image));
+    photographs.names.push_back(fmt::format("{:02}.png", k));
+  }
+  return photographs;
+}
+
+// 24 rows of 32 positions are 4 to 27, and 40 columns of 64 are 12 to 51.
+TEST(CentredCode, is_named_and_not_taken_for_a_larger_projector) {
+  for (const Grid size : {Grid{24, 32}, Grid{32, 40}, Grid{24, 40}, Grid{28, 32}}) {
+    const GrayCode code(size);
+    const int top = ((1 << code.bits(StripeAxis::rows)) - size.rows) / 2,
+              left = ((1 << code.bits(StripeAxis::columns)) - size.cols) / 2;
+    EXPECT_NE(refusal(offset_code(size, top, left)).find("lies in the middle of its code"),
+              std::string::npos);
+    EXPECT_EQ(refusal(offset_code(size, 0, 0)), "");
+  }
+}
+
+// Rows 4 to 23 become 27 to 8 if the coarsest pair is swapped: they look like those of a centred code, but
+// run backwards.
+TEST(CentredCode, is_not_said_first_of_a_swapped_pair) {
+  CodePhotographs photographs = offset_code({24, 32}, 0, 0, 4);
+  EXPECT_EQ(refusal(photographs), "");
+  std::swap(photographs.images[10], photographs.images[11]);
+  const std::string line = refusal(photographs);
+  const auto swapped = line.find("10.png and 11.png (rows, 16 px) are swapped");
+  EXPECT_NE(swapped, std::string::npos) << line;
+  EXPECT_LT(swapped, line.find("lies in the middle of its code")) << line;
+}
+
 TEST_F(Faults, are_decoded_all_the_same_when_asked_so) {
   CodePhotographs photographs = good();
   std::swap(at(photographs, 4), at(photographs, 5));

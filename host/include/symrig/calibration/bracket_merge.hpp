@@ -45,7 +45,8 @@ struct MergedBracket {
 /// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
 /// (merge_by_response). Stated exposures are compared with those that pixels see.
 /// A sensor that clips before it says so is merged as it clips, with a warning.
-/// fails: bad_value (fewer than two exposures; a sensor or curve of other bits), as examine_sensor and the
+/// fails: bad_value (fewer than two exposures; a longer one that is not brighter; a sensor or curve of other
+/// bits), as examine_sensor and the
 /// merges.
 Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known);
 

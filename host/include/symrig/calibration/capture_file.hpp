@@ -43,7 +43,7 @@ struct SensorFiles {
     Nanoseconds exposure{0};
   };
 
-  int bits = 0;                    ///< bits of a code; 0: those of [raw]
+  int bits = 0;                    ///< bits of a code in a picture; 0: those of [raw], or of the picture
   bool scene = false;              ///< light = "scene": SceneTransfer measures; else measure_sensor()
   std::vector<std::string> dark;   ///< lens capped; without a scene
   std::vector<Level> dark_levels;  ///< `[[sensor.dark]]`, with a scene: pairs of frames
@@ -74,12 +74,15 @@ Result<CaptureFile> parse_capture_file(std::string_view text, const std::string&
 /// Reads one picture of a capture folder: .raw by the layout, any other file by its content (read_image).
 /// value = code / largest code, or the light that the capture's response gives for the code (EXR and PFM
 /// already contain light). A mosaic stays a mosaic: each pixel is decoded alone.
-/// fails: as read_image; bad_format (the file's size differs from the layout), bad_argument (no layout).
+/// fails: as read_image; bad_format (the file's size differs from the layout), bad_argument (no layout),
+/// bad_value (a picture has codes beyond the bits of [sensor]).
 Result<Image<float>> read_captured(const std::filesystem::path& file, const CaptureFile& capture);
 
 /// The photographs of a capture, in the order of the sequence. Several exposures of one pattern become one
 /// photograph: Σ (y − pedestal) over the unsaturated ones, divided by Σ exposure. This is the
-/// inverse-variance weight of shot noise. A pixel that is saturated in all of them gets 1.
+/// inverse-variance weight of shot noise. A pixel that is saturated in all of them keeps the value of the
+/// shortest one. Saturated: at the largest code, or at the value where white's longer exposures stay although
+/// the shorter ones expect more.
 /// units: those of the shortest exposure. If the file names no complement, the complements are derived; if it
 /// names no pattern of one axis, the sequence is that of the other axis alone.
 /// fails: bad_value (a pattern without a photograph, exposures given for some only), size_mismatch, as

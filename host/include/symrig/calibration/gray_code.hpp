@@ -76,6 +76,11 @@ struct CodePhotographs {
   std::vector<Image<float>> images;  ///< 1 channel, linear, 1 = the largest code of the file
   /// The complements were not photographed: they are white + black − pattern.
   bool complements_derived = false;
+  /// The value of a saturated pixel: 1, or less if the largest code of the camera is not that of the file.
+  float saturation = 1;
+  /// White's brightest channel, if it was photographed in colours, once. Luminance is below 1 where one
+  /// channel is full. Empty: white itself.
+  Image<float> white_peak = {};
 
   const Image<float>& image(int photograph) const { return images[photograph]; }
   const Image<float>& white() const { return images[code.white()]; }

@@ -7,7 +7,8 @@ namespace symrig {
 
 struct MapQualityOptions {
   /// A pixel is lit if white − black is above this, in units of the photographs. The value is more than 10
-  /// codes of 8 bits, plus half a code for rounding.
+  /// codes of 8 bits, plus half a code for rounding. It is less, in proportion, if the brightest hundredth of
+  /// the pixels is below a quarter of the range.
   double lit_contrast = 10.5 / 255;
   double outlier = 1.5;  ///< [projector pixels] from the local affine fit
   int reach = 7;         ///< the fit uses (2 reach + 1)² camera pixels

@@ -56,8 +56,8 @@ struct SensorFindings {
   bool doubtful() const { return response && response_doubt > kMostDoubt; }
 };
 
-/// fails: bad_value (neither dark and flat frames nor a bracket; colour frames of a sensor), as
-/// measure_sensor, test_linearity and recover_response.
+/// fails: bad_value (neither dark and flat frames nor a bracket; colour frames of a sensor; a longer exposure
+/// that is not brighter), as measure_sensor, test_linearity and recover_response.
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
 
 /// The measurement of a sensor, and what it was made from.

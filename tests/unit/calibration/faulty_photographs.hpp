@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small bench of projector and camera whose photographs can have every fault that a table names.
+#pragma once
+
+#include "symrig/calibration/gray_code.hpp"
+#include "synthetic_photographs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::test {
+
+/// What differs from one good bench to another.
+struct Bench {
+  Grid camera{60, 80}, projector{24, 32};
+  double exposure = 1;    ///< white reaches 0.75 of the largest code at 1
+  double ambient = 0.02;  ///< light of the room, share of the projector's
+  double far = 0.08;      ///< light by way of the whole scene
+  double black_level = 0.01;
+  double noise = 0.002;  ///< of a photograph, share of the largest code
+  double dark_part = 0;  ///< of the scene has almost no light
+  int bits = 12;
+  std::uint64_t seed = 1;
+};
+
+/// A sequence in the making: first light, then codes.
+struct Photographs {
+  Bench bench;
+  GrayCode code{bench.projector};
+  std::vector<Image<float>> light;  ///< of each photograph, 1 = white at albedo 1
+  Image<float> col, row;            ///< the true position of each camera pixel
+  std::vector<std::string> names = {};
+
+  int count() const { return static_cast<int>(light.size()); }
+};
+
+inline double bench_col(int r, int c) {
+  const bool step = c > 45 && c < 60 && r > 15 && r < 40;
+  return -1 + 0.425 * c + 0.01 * r + 0.4 * std::sin(c / 15.0) + (step ? 1.5 : 0);
+}
+inline double bench_row(int r, int c) {
+  return -0.8 + 0.42 * r - 0.012 * c;
+}
+
+/// The light of a pattern of the projector, by sampling each footprint at 5 × 5 points.
+inline Image<float> light_of(const Bench& bench, const Pattern& pattern) {
+  constexpr double kSigma = 0.45;
+  const auto values = pattern.values();
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  Image<float> light(bench.camera);
+  for (int r = 0; r < bench.camera.rows; ++r)
+    for (int c = 0; c < bench.camera.cols; ++c) {
+      double sum = 0, weights = 0;
+      for (int i = -2; i <= 2; ++i)
+        for (int j = -2; j <= 2; ++j) {
+          const double w = std::exp(-0.5 * (i * i + j * j));
+          const int y = static_cast<int>(std::lround(bench_row(r, c) + kSigma * i)),
+                    x = static_cast<int>(std::lround(bench_col(r, c) + kSigma * j));
+          if (y >= 0 && y < pattern.grid().rows && x >= 0 && x < pattern.grid().cols)
+            sum += w * static_cast<double>(pattern.at(y, x));
+          weights += w;
+        }
+      const bool dark = c < bench.dark_part * bench.camera.cols;
+      const double albedo =
+          (0.55 + 0.2 * std::sin(0.31 * r) * std::cos(0.27 * c) + ((r / 9 + c / 11) % 2 ? 0.2 : -0.2)) *
+          (dark ? 0.01 : 1);
+      light.at(r, c) =
+          static_cast<float>(albedo * ((1 - bench.far) * sum / weights + bench.far * mean + bench.ambient));
+    }
+  return light;
+}
+
+inline Photographs photograph(const Bench& bench) {
+  Photographs all{
+      bench, GrayCode(bench.projector), {}, Image<float>(bench.camera), Image<float>(bench.camera)};
+  for (int k = 0; k < all.code.photographs(); ++k) all.light.push_back(light_of(bench, all.code.pattern(k)));
+  for (int r = 0; r < bench.camera.rows; ++r)
+    for (int c = 0; c < bench.camera.cols; ++c)
+      all.col.at(r, c) = static_cast<float>(bench_col(r, c)),
+                    all.row.at(r, c) = static_cast<float>(bench_row(r, c));
+  return all;
+}
+
+/// Light becomes codes: black level, noise, whole codes of so many bits.
+inline CodePhotographs coded(const Photographs& all) {
+  CodePhotographs photographs{all.code, all.names, {}};
+  std::uint64_t counter = all.bench.seed << 32;
+  const double most = std::pow(2.0, all.bench.bits) - 1;
+  for (const Image<float>& light : all.light) {
+    Image<float> image(light.grid());
+    for (std::size_t i = 0; i < image.values().size(); ++i) {
+      const double seen = all.bench.black_level +
+                          0.75 * all.bench.exposure * static_cast<double>(light.values()[i]) +
+                          all.bench.noise * normal(counter);
+      image.values()[i] = static_cast<float>(std::round(most * std::clamp(seen, 0.0, 1.0)) / most);
+    }
+    photographs.images.push_back(std::move(image));
+    if (photographs.names.size() < photographs.images.size())
+      photographs.names.push_back(fmt::format("{:02}.png", photographs.images.size() - 1));
+  }
+  return photographs;
+}
+
+}  // namespace symrig::test
