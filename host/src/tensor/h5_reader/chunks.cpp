@@ -196,7 +196,7 @@ class ChunkList {
     unsigned bits = 0, page_bits = 0;
     std::uint64_t in_index = 0, least = 0, groups_in_index = 0, blocks_in_index = 0;
 
-    std::uint64_t blocks(unsigned group) const { return std::uint64_t{1} << group / 2; }
+    static std::uint64_t blocks(unsigned group) { return std::uint64_t{1} << group / 2; }
     std::uint64_t entries(unsigned group) const { return least << (group + 1) / 2; }
     std::uint64_t offset_bytes() const { return (bits + 7) / 8; }
   };
@@ -262,7 +262,7 @@ class ChunkList {
       } else if (const Address super = file_.address(bytes); super != kUndefined) {
         SYMRIG_CHECK(super_block(array, group, super, number, take));
       } else {
-        number += array.blocks(group) * array.entries(group);
+        number += Extensible::blocks(group) * array.entries(group);
       }
     }
     return {};
@@ -273,9 +273,9 @@ class ChunkList {
     constexpr std::string_view kName = "super block of chunks";
     const std::uint64_t a = file_.superblock().address_bytes, page = std::uint64_t{1} << array.page_bits;
     const std::uint64_t pages = array.entries(group) > page ? array.entries(group) / page : 0;
-    const std::uint64_t lists = array.blocks(group) * ((pages + 7) / 8);
+    const std::uint64_t lists = Extensible::blocks(group) * ((pages + 7) / 8);
     const std::uint64_t head = 6 + a + array.offset_bytes();
-    const std::uint64_t size = head + lists + array.blocks(group) * a + 4;
+    const std::uint64_t size = head + lists + Extensible::blocks(group) * a + 4;
     SYMRIG_CHECK(budget_.take(kName, at, size));
     SYMRIG_TRY(const auto content, file_.read_checked(kName, at, size));
     Bytes bytes(content);
@@ -290,7 +290,7 @@ class ChunkList {
                          std::span<const std::uint8_t> written, std::uint64_t& number,
                          const TakeEntry& take) {
     const std::uint64_t head = 6 + file_.superblock().address_bytes + array.offset_bytes();
-    const std::uint64_t blocks = array.blocks(group), list = written.size() / blocks;
+    const std::uint64_t blocks = Extensible::blocks(group), list = written.size() / blocks;
     for (std::uint64_t k = 0; k < blocks; ++k, number += array.entries(group)) {
       const Address at = file_.address(bytes);
       if (!bytes.ok()) return Error{ErrorCode::bad_format, "has a damaged list of chunks"};

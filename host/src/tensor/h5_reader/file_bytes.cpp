@@ -61,7 +61,7 @@ Result<void> FileBytes::read_old_superblock(Bytes bytes, unsigned version) {
   const std::uint64_t base = address(bytes);
   bytes.skip(head_.address_bytes);
   const std::uint64_t end = address(bytes);
-  bytes.skip(2 * head_.address_bytes);  // of a driver; of the root's name
+  bytes.skip(std::uint64_t{2} * head_.address_bytes);  // of a driver; of the root's name
   head_.root = address(bytes);
   if (!bytes.ok() || end < base) return damaged_at("superblock", 0, "is damaged");
   head_.end = end - base;

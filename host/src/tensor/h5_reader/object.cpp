@@ -49,6 +49,7 @@ Result<std::optional<Object>> Object::follow(std::string_view path, int& links) 
 Result<std::vector<std::string>> Object::names() const {
   SYMRIG_TRY(const auto all, links_in(*file_, header_));
   std::vector<std::string> names;
+  names.reserve(all.size());
   for (const Link& link : all) names.push_back(link.name);
   std::sort(names.begin(), names.end());
   return names;

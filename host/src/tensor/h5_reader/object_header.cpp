@@ -18,7 +18,8 @@ class HeaderReader {
     SYMRIG_TRY(const auto start, file_.read(at_, 4));
     SYMRIG_CHECK(Bytes(start).signature("OHDR") ? first_new_block() : first_old_block());
     // A block names the next one. The blocks of one header are few, and none is there twice.
-    for (std::size_t k = 0; k < blocks_.size(); ++k) SYMRIG_CHECK(next_block(blocks_[k]));
+    std::size_t next = 0;
+    while (next < blocks_.size()) SYMRIG_CHECK(next_block(blocks_[next++]));
     return std::move(header_);
   }
 
