@@ -77,6 +77,9 @@ TEST(Fuzz, settings) {
 TEST(Fuzz, camera) {
   run(fuzz_camera, "camera", 2'000);
 }
+TEST(Fuzz, hdf5) {
+  run(fuzz_hdf5, "hdf5", 1'000);
+}
 TEST(Fuzz, reply) {
   run(fuzz_reply, "reply", 2'000);
 }

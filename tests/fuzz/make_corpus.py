@@ -104,3 +104,13 @@ write("camera", "binned", bytes([7]) + bytes(8))
 write("camera", "format", bytes([1]) + bytes(5) + bytes([1, 8, 0xFF, 1, 12, 0x80, 1, 16, 1]))
 write("camera", "buffers", bytes([4]) + bytes(20) + bytes([1, 0, 9, 1, 8, 0xFF, 2, 4, 0x40, 64, 0x7F]))
 write("camera", "noise", bytes((k * 89 + 3) % 256 for k in range(200)))
+
+
+def change(at, size, number):
+    return struct.pack("<HBQ", at, size - 1, number)
+
+
+for file, name in enumerate(("new_matrix", "old_matrix", "matlab")):
+    write("hdf5", name, bytes([file]))
+write("hdf5", "new_scene", bytes([3]) + change(60, 2, 3))
+write("hdf5", "old_scene", bytes([4]) + change(96, 8, 2**64 - 1) + change(200, 4, 7))

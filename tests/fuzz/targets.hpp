@@ -31,6 +31,8 @@ void fuzz_reply(const std::uint8_t* data, std::size_t size);
 /// The host against a camera's driver that answers whatever it likes: nothing crashes, nothing is read beyond
 /// a buffer, every call ends.
 void fuzz_camera(const std::uint8_t* data, std::size_t size);
+/// HDF5 files whose structure is damaged: a scene or a matrix is read, or refused in one line.
+void fuzz_hdf5(const std::uint8_t* data, std::size_t size);
 /// Program rules and sequencer: a program that passes runs, in the time that was foretold, with as many
 /// words.
 void fuzz_program(const std::uint8_t* data, std::size_t size);

@@ -91,7 +91,8 @@ Result<Grid> grid_of(const RawMatrix& raw, const DenseUri& uri) {
     return mismatch;
   }
   if (grid.size() <= kMostPixels) return grid;
-  return Error{ErrorCode::limit, fmt::format("a dense rig of {} is too large", to_string(grid)),
+  return Error{ErrorCode::limit,
+               fmt::format("{}: a dense rig of {} is too large", uri.file.string(), to_string(grid)),
                fmt::format("give at most {} pixels", kMostPixels)};
 }
 

@@ -2,19 +2,8 @@
 #include "tensor/h5.hpp"
 
 #include <algorithm>
-#include <functional>
-#include <numeric>
 
 namespace symrig::tensor::h5 {
-namespace {
-
-/// Without a hint: read_file() knows what kind of file it is.
-Error broken(const char* name, const std::string& why) {
-  return {ErrorCode::bad_format, std::string("dataset or attribute '") + name + "' " + why, ""};
-}
-
-}  // namespace
-
 hid_t half_type() {
   static const hid_t type = [] {  // lives as long as the program, like HDF5's own types
     const hid_t half = H5Tcopy(H5T_IEEE_F32LE);
@@ -24,10 +13,6 @@ hid_t half_type() {
     return half;
   }();
   return type;
-}
-
-hsize_t count(const Shape& shape) {
-  return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
 }
 
 void be_quiet() {
@@ -61,13 +46,14 @@ bool write_attribute(hid_t object, const char* name, double value) {
 namespace {
 
 Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape) {
-  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+  const std::vector<hsize_t> sizes(shape.begin(), shape.end());
+  const Handle space(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose);
   const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   if (count(shape) > 0) {
     // A checksum for each chunk, so that a flipped bit on the disk gives an error and not a wrong picture.
-    Shape chunk = shape;
-    const hsize_t row = std::max<hsize_t>(count(shape) / shape[0], 1);
-    chunk[0] = std::clamp<hsize_t>(hsize_t{kRunChunk} / row, 1, shape[0]);
+    std::vector<hsize_t> chunk = sizes;
+    const hsize_t row = std::max<hsize_t>(count(shape) / sizes[0], 1);
+    chunk[0] = std::clamp<hsize_t>(hsize_t{kRunChunk} / row, 1, sizes[0]);
     H5Pset_chunk(create.id(), static_cast<int>(chunk.size()), chunk.data());
     H5Pset_fletcher32(create.id());
   }
@@ -104,153 +90,8 @@ bool NewRun<T>::write(std::size_t count) {
 template class NewRun<std::uint16_t>;
 template class NewRun<std::int32_t>;
 
-namespace {
-
-/// A text of variable length, as h5py writes it. The library allocates its memory and frees it.
-Result<std::string> read_variable_text(hid_t attribute, hid_t type, hid_t space, const char* name) {
-  char* text = nullptr;
-  if (H5Aread(attribute, type, static_cast<void*>(&text)) < 0) return broken(name, "cannot be read");
-  std::string copy = text == nullptr ? std::string() : std::string(text);
-  H5Dvlen_reclaim(type, space, H5P_DEFAULT, static_cast<void*>(&text));
-  return copy;
-}
-
-/// A text of fixed length: padded with zeros, ended by a zero, or padded with spaces (Fortran).
-Result<std::string> read_fixed_text(hid_t attribute, hid_t type, const char* name) {
-  std::string text(H5Tget_size(type), '\0');
-  if (H5Aread(attribute, type, text.data()) < 0) return broken(name, "cannot be read");
-  if (H5Tget_strpad(type) == H5T_STR_NULLTERM) text.resize(std::min(text.find('\0'), text.size()));
-  const char pad = H5Tget_strpad(type) == H5T_STR_SPACEPAD ? ' ' : '\0';
-  text.resize(text.find_last_not_of(pad) + 1);
-  return text;
-}
-
-/// True if the data are in this file. Data in other files are refused: a foreign file could make us read a
-/// device.
-bool holds_its_data(hid_t dataset, std::uint64_t file_bytes) {
-  constexpr std::uint64_t kUsualChunk = std::uint64_t{16} << 20;
-  const Handle create(H5Dget_create_plist(dataset), H5Pclose);
-  const H5D_layout_t layout = H5Pget_layout(create.id());
-  if (H5Pget_external_count(create.id()) != 0 || layout == H5D_VIRTUAL) return false;
-  if (layout != H5D_CHUNKED) return true;
-  std::array<hsize_t, H5S_MAX_RANK> chunk{};
-  const int rank = H5Pget_chunk(create.id(), H5S_MAX_RANK, chunk.data());
-  double bytes = 8;
-  for (int k = 0; k < rank; ++k) bytes *= static_cast<double>(chunk[k]);
-  return bytes <= static_cast<double>(std::max(8 * file_bytes, kUsualChunk));
-}
-
-herr_t refuse_link(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
-  return -1;
-}
-
-/// Access properties of datasets: links to other files are not followed.
-hid_t dataset_access() {
-  static const hid_t access = [] {  // lives as long as the program
-    const hid_t made = H5Pcreate(H5P_DATASET_ACCESS);
-    H5Pset_elink_cb(made, refuse_link, nullptr);
-    return made;
-  }();
-  return access;
-}
-
-}  // namespace
-
-Result<std::string> read_text(hid_t object, const char* name) {
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
-  if (!attribute.ok()) return broken(name, "is missing");
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  if (H5Tget_class(type.id()) != H5T_STRING || H5Sget_simple_extent_npoints(space.id()) != 1)
-    return broken(name, "is not a text");
-  return H5Tis_variable_str(type.id()) > 0 ? read_variable_text(attribute.id(), type.id(), space.id(), name)
-                                           : read_fixed_text(attribute.id(), type.id(), name);
-}
-
-Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected) {
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
-  if (!attribute.ok()) return broken(name, "is missing");
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  if (H5Sget_simple_extent_npoints(space.id()) != static_cast<hssize_t>(expected) ||
-      H5Tget_class(type.id()) != H5T_INTEGER)
-    return broken(name, "does not have " + std::to_string(expected) + " integers");
-  std::vector<std::int32_t> values(expected);
-  if (H5Aread(attribute.id(), H5T_NATIVE_INT32, values.data()) < 0) return broken(name, "cannot be read");
-  return values;
-}
-
-Result<double> read_number(hid_t object, const char* name) {
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
-  if (!attribute.ok()) return broken(name, "is missing");
-  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
-  double value = 0;
-  if (H5Sget_simple_extent_npoints(space.id()) != 1 || H5Tget_class(type.id()) != H5T_FLOAT ||
-      H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, &value) < 0)
-    return broken(name, "is not a number");
-  return value;
-}
-
-Result<Grid> read_grid(hid_t object, const char* name) {
-  SYMRIG_TRY(const std::vector<std::int32_t> size, read_integers(object, name, 2));
-  const Grid grid{size[0], size[1]};
-  if (!grid.valid()) return broken(name, "is not a grid of 1 to 2^30 pixels");
-  return grid;
-}
-
-Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
-                       std::uint64_t file_bytes) {
-  if (H5Lexists(place, name, dataset_access()) <= 0) return broken(name, "is missing");
-  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
-  if (!dataset.ok()) return broken(name, "cannot be opened");
-  if (!holds_its_data(dataset.id(), file_bytes)) return broken(name, "has its data in another file");
-  const Handle space(H5Dget_space(dataset.id()), H5Sclose);
-  if (H5Sget_simple_extent_ndims(space.id()) != static_cast<int>(rank))
-    return broken(name, "does not have " + std::to_string(rank) + " dimensions");
-  Shape shape(rank);
-  H5Sget_simple_extent_dims(space.id(), shape.data(), nullptr);
-  auto bytes = static_cast<double>(element_bytes);
-  for (const hsize_t n : shape) bytes *= static_cast<double>(n);
-  if (bytes > static_cast<double>(file_bytes)) return broken(name, "claims more bytes than the file has");
-  return shape;
-}
-
 Handle new_group(hid_t place, const std::string& name) {
   return {H5Gcreate2(place, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
-}
-
-Handle open_group(hid_t file, const std::string& path) {
-  const Handle access(H5Pcreate(H5P_GROUP_ACCESS), H5Pclose);
-  H5Pset_elink_cb(access.id(), refuse_link, nullptr);
-  return {H5Gopen2(file, path.c_str(), access.id()), H5Gclose};
-}
-
-Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, const Shape& run,
-                      void* data) {
-  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
-  const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
-  if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
-    return broken(name, "has the wrong type");
-  if (count(run) == 0) return {};
-  Shape begin(run.size());
-  begin[0] = first;
-  const Handle from(H5Dget_space(dataset.id()), H5Sclose);
-  const Handle to(H5Screate_simple(static_cast<int>(run.size()), run.data(), nullptr), H5Sclose);
-  if (H5Sselect_hyperslab(from.id(), H5S_SELECT_SET, begin.data(), nullptr, run.data(), nullptr) < 0 ||
-      H5Dread(dataset.id(), type, to.id(), from.id(), H5P_DEFAULT, data) < 0)
-    return broken(name, "fails its checksum or cannot be read");
-  return {};
-}
-
-Result<void> read_into(hid_t place, const char* name, hid_t type, void* data) {
-  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
-  const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
-  if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
-    return broken(name, "has the wrong type");
-  if (H5Dread(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
-    return broken(name, "fails its checksum or cannot be read");
-  return {};
 }
 
 }  // namespace symrig::tensor::h5

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of HDF5 that scene.h5 needs, with handles that close themselves and errors as Result.
+// The part of the HDF5 library that writes files, with handles that close themselves. h5_read.hpp reads.
 #pragma once
 
-#include "symrig/base/result.hpp"
-#include "symrig/image/grid.hpp"
+#include "tensor/h5_reader/datatype.hpp"
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -77,10 +75,6 @@ inline hid_t native<std::uint16_t>() {
   return half_type();
 }
 
-/// Shape of a dataset, slowest dimension first.
-using Shape = std::vector<hsize_t>;
-hsize_t count(const Shape& shape);
-
 /// Stops HDF5 from printing its error stack; errors are returned as values.
 void be_quiet();
 
@@ -122,45 +116,5 @@ class NewRun {
 
 /// Makes a group. Not ok() if the library failed.
 Handle new_group(hid_t place, const std::string& name);
-/// Not ok() if it is missing, or behind a link to another file.
-Handle open_group(hid_t file, const std::string& path);
-
-// Reading: every failure is bad_format and names the dataset or attribute. It has no hint: read_file() adds
-// it.
-/// A text of fixed or variable length, ASCII or UTF-8.
-Result<std::string> read_text(hid_t object, const char* name);
-Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
-Result<double> read_number(hid_t object, const char* name);
-/// Rows and columns.
-Result<Grid> read_grid(hid_t object, const char* name);
-
-/// Shape of a dataset. Refused if its data do not fit into `file_bytes`, so that a corrupt size does not
-/// cause a large allocation.
-Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
-                       std::uint64_t file_bytes);
-Result<void> read_into(hid_t place, const char* name, hid_t type, void* data);
-
-/// Reads values [first, first + count) of a dataset of one dimension, or such rows of one of two.
-Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, const Shape& run, void* data);
-template <class T>
-Result<void> read_run(hid_t place, const char* name, std::size_t first, std::span<T> to) {
-  return read_run(place, name, native<T>(), first, {to.size()}, to.data());
-}
-/// to: whole rows of `width` values.
-template <class T>
-Result<void> read_rows(hid_t place, const char* name, std::size_t first, std::size_t width, std::span<T> to) {
-  return read_run(place, name, native<T>(), first, {to.size() / width, width}, to.data());
-}
-
-template <class T>
-Result<std::vector<T>> read_dataset(hid_t place, const char* name, std::size_t rank, std::uint64_t file_bytes,
-                                    Shape& shape) {
-  auto found = shape_of(place, name, rank, sizeof(T), file_bytes);
-  if (!found) return std::move(found).error();
-  shape = *std::move(found);
-  std::vector<T> values(count(shape));
-  SYMRIG_CHECK(read_into(place, name, native<T>(), values.data()));
-  return values;
-}
 
 }  // namespace symrig::tensor::h5

@@ -6,13 +6,17 @@
 #include "tensor/h5_output.hpp"
 
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace symrig::tensor::h5 {
@@ -65,73 +69,58 @@ Result<void> readable(const fs::path& path, const FileWords& words) {
   return can;
 }
 
-/// Whether an error of the library, which has just failed, contains these words.
-bool library_says(std::string_view words) {
-  std::pair<std::string_view, bool> search{words, false};
-  const auto look = [](unsigned, const H5E_error2_t* error, void* found) -> herr_t {
-    auto& [sought, is_there] = *static_cast<std::pair<std::string_view, bool>*>(found);
-    if (error->desc != nullptr && std::string_view(error->desc).find(sought) != std::string_view::npos)
-      is_there = true;
-    return 0;
-  };
-  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &search);
-  return search.second;
+Error not_opened(const fs::path& path, std::string_view why, std::string hint) {
+  return {ErrorCode::bad_format, path.string() + ": " + std::string(why), std::move(hint)};
 }
 
-/// Why the system refuses the lock that reading needs: an errno; 0 if it grants it.
-int refusal_of_lock(const fs::path& path) {
-  const Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  return !file || ::flock(file.get(), LOCK_SH | LOCK_NB) == 0 ? 0 : errno;
+/// Programs that write lock a file as long as it is open, and so does reading. Where there are no locks, no
+/// program has one.
+Result<void> lock(const fs::path& path, const Fd& file) {
+  const char* const asked = std::getenv("HDF5_USE_FILE_LOCKING");
+  if (asked != nullptr && std::string_view(asked) == "FALSE") return {};
+  if (::flock(file.get(), LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK) return {};
+  return Error{ErrorCode::io, path.string() + ": is in use: another program has it open for writing",
+               "close it there (h5py: file.close()), and run this again"};
 }
 
-/// The library locks a file while it is open. A lock that has just gone was another program's too.
-Error not_locked(const fs::path& path) {
-  const int cause = refusal_of_lock(path);
-  if (cause == 0 || cause == EWOULDBLOCK)
-    return {ErrorCode::io, path.string() + ": is in use: another program has it open for writing",
-            "close it there (h5py: file.close()), and run this again"};
-  return {ErrorCode::io, path.string() + ": cannot be locked for reading (" + std::strerror(cause) + ")",
-          "copy it to a local disk, or set HDF5_USE_FILE_LOCKING=FALSE if no program writes to it"};
-}
-
-/// The reason why HDF5 did not open a readable file. It is called right after that.
-Error not_opened(const fs::path& path, std::uint64_t bytes, const FileWords& words) {
-  const bool no_lock = library_says("unable to lock file");
-  if (library_says("already open for write"))
-    return {ErrorCode::io,
-            path.string() +
-                ": is marked as open for writing: a program has it open, or ended before it closed it",
-            "close it there; if no program has it open, h5clear -s removes the mark"};
-  if (bytes == 0) return {ErrorCode::bad_format, path.string() + ": is empty", std::string(words.make_again)};
-  if (H5Fis_hdf5(path.c_str()) <= 0)
-    return {ErrorCode::bad_format,
-            path.string() + ": is not an HDF5 file, so it is not " + std::string(words.content),
-            std::string(words.name_one)};
-  if (no_lock) return not_locked(path);
-  return {ErrorCode::bad_format,
-          path.string() + ": is an HDF5 file, but cut short or damaged (" + std::to_string(bytes) + " bytes)",
-          "copy it again from its source, or " + std::string(words.make_again)};
+/// What a program left that did not close the file.
+Error marked(const fs::path& path) {
+  return {
+      ErrorCode::io,
+      path.string() + ": is marked as open for writing: a program has it open, or ended before it closed it",
+      "close it there; if no program has it open, h5clear -s removes the mark"};
 }
 
 }  // namespace
 
-std::recursive_mutex& library_mutex() {
-  static std::recursive_mutex mutex;
-  return mutex;
-}
-
-Result<Source> open_file(const fs::path& path, const FileWords& words) {
-  be_quiet();
+Result<Object> open_file(const fs::path& path, const FileWords& words) {
   SYMRIG_CHECK(readable(path, words));
-  std::error_code failed;
-  const std::uint64_t bytes = fs::file_size(path, failed);
-  Source source{Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose), bytes};
-  if (!source.file.ok()) return not_opened(path, bytes, words);
-  return source;
+  Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  struct stat facts {};
+  if (!file || ::fstat(file.get(), &facts) != 0)
+    return Error{ErrorCode::io, path.string() + ": cannot be opened (" + std::strerror(errno) + ")"};
+  SYMRIG_CHECK(lock(path, file));
+  const auto size = static_cast<std::uint64_t>(facts.st_size);
+  if (size == 0) return not_opened(path, "is empty", std::string(words.make_again));
+  const auto bytes = std::make_shared<FileBytes>(std::move(file), size);
+  const auto begin = bytes->find_signature();
+  if (!begin)
+    return not_opened(path, "is not an HDF5 file, so it is not " + std::string(words.content),
+                      std::string(words.name_one));
+  const auto head = bytes->read_superblock(*begin);
+  if (head && bytes->superblock().marked) return marked(path);
+  auto root = head ? Object::root(bytes) : Result<Object>(head.error());
+  if (root) return root;
+  return not_opened(path,
+                    "is an HDF5 file, but cut short or damaged (" + std::to_string(size) + " bytes): it " +
+                        root.error().what,
+                    "copy it again from its source, or " + std::string(words.make_again));
 }
 
 Result<void> write_file(const fs::path& path, const std::function<bool(hid_t file)>& fill) {
-  const std::scoped_lock lock(library_mutex());
+  // Debian's HDF5 is not thread-safe: one file at a time.
+  static std::mutex library;
+  const std::scoped_lock alone(library);
   be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);

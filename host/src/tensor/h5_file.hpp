@@ -4,26 +4,15 @@
 
 #include "symrig/base/result.hpp"
 #include "tensor/h5.hpp"
+#include "tensor/h5_read.hpp"
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <mutex>
 #include <string>
 #include <string_view>
 #include <utility>
 
 namespace symrig::tensor::h5 {
-
-/// Debian's HDF5 is not thread-safe: one file at a time. A thread may lock it again: a file that stays open
-/// is closed wherever its last user ends.
-std::recursive_mutex& library_mutex();
-
-/// An open file and its size. Every size in the file is checked against it.
-struct Source {
-  Handle file;
-  std::uint64_t bytes;
-};
 
 /// What messages say of a kind of file.
 struct FileWords {
@@ -33,9 +22,9 @@ struct FileWords {
   std::string_view make_again;  ///< what to do if it is damaged
 };
 
-/// Opens a file to read it. The caller holds library_mutex().
+/// Opens a file to read it: its root. A lock keeps other programs from writing as long as it is open.
 /// fails: not_found; io (also: another program has it open for writing); bad_format (not HDF5, or damaged).
-Result<Source> open_file(const std::filesystem::path& path, const FileWords& words);
+Result<Object> open_file(const std::filesystem::path& path, const FileWords& words);
 
 /// Fills a new file, syncs it to the disk, and puts it in the place of the old one. `fill` returns false if
 /// the library failed. After a failure, the old file is as it was.
@@ -46,10 +35,9 @@ Result<void> write_file(const std::filesystem::path& path, const std::function<b
 /// gets one.
 template <class Read>
 auto read_file(const std::filesystem::path& path, const FileWords& words, Read read)
-    -> decltype(read(std::declval<const Source&>())) {
-  const std::scoped_lock lock(library_mutex());
-  SYMRIG_TRY(const Source source, open_file(path, words));
-  auto content = read(source);
+    -> decltype(read(std::declval<const Object&>())) {
+  SYMRIG_TRY(const Object root, open_file(path, words));
+  auto content = read(root);
   if (content) return content;
   Error error = std::move(content).error();
   error.what = path.string() + ": " + error.what;

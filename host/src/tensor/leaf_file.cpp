@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -42,13 +41,13 @@ class LeafRun {
  public:
   static constexpr std::size_t kMost = std::size_t{1} << 20;  ///< whole chunks of the file
 
-  Result<void> read(hid_t file, std::size_t first, std::size_t count) {
+  Result<void> read(const Object& file, std::size_t first, std::size_t count) {
     range_.resize(4 * count);
     rank_.resize(count);
     level_.resize(count);
     SYMRIG_CHECK(h5::read_rows<std::int32_t>(file, "leaves/range", first, 4, range_));
-    SYMRIG_CHECK(h5::read_run<std::int32_t>(file, "leaves/rank", first, rank_));
-    return h5::read_run<std::int32_t>(file, "leaves/level", first, level_);
+    SYMRIG_CHECK(h5::read_rows<std::int32_t>(file, "leaves/rank", first, 1, rank_));
+    return h5::read_rows<std::int32_t>(file, "leaves/level", first, 1, level_);
   }
   std::size_t size() const { return rank_.size(); }
   Leaf leaf(std::size_t k) const {
@@ -126,14 +125,13 @@ Result<void> check_part(const PartValues& values, const PartRange& part, std::sp
 
 }  // namespace
 
-Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head, const Trees& trees) {
-  const hid_t file = source.file.id();
+Result<std::vector<Leaf>> read_leaf_list(const Object& file, const Head& head, const Trees& trees) {
   constexpr std::size_t kNumber = sizeof(std::int32_t);
-  SYMRIG_TRY(const h5::Shape range, h5::shape_of(file, "leaves/range", 2, kNumber, source.bytes));
+  SYMRIG_TRY(const h5::Shape range, h5::shape_of(file, "leaves/range", 2, kNumber));
   if (range[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
   const std::size_t n = range[0];
-  SYMRIG_TRY(const h5::Shape rank, h5::shape_of(file, "leaves/rank", 1, kNumber, source.bytes));
-  SYMRIG_TRY(const h5::Shape level, h5::shape_of(file, "leaves/level", 1, kNumber, source.bytes));
+  SYMRIG_TRY(const h5::Shape rank, h5::shape_of(file, "leaves/rank", 1, kNumber));
+  SYMRIG_TRY(const h5::Shape level, h5::shape_of(file, "leaves/level", 1, kNumber));
   if (rank[0] != n || level[0] != n) return damaged("the datasets in 'leaves' differ in length");
   std::vector<Leaf> leaves;
   leaves.reserve(n);
@@ -146,10 +144,10 @@ Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head,
     }
   } while (leaves.size() < n);
   const std::size_t value_bytes = head.version == 1 ? sizeof(float) : sizeof(Half);
-  SYMRIG_TRY(const h5::Shape values, h5::shape_of(file, "leaves/factors", 1, value_bytes, source.bytes));
+  SYMRIG_TRY(const h5::Shape values, h5::shape_of(file, "leaves/factors", 1, value_bytes));
   h5::Shape exponents{0};
   if (head.version > 1) {
-    SYMRIG_TRY(exponents, h5::shape_of(file, "leaves/exponents", 1, sizeof(std::int32_t), source.bytes));
+    SYMRIG_TRY(exponents, h5::shape_of(file, "leaves/exponents", 1, sizeof(std::int32_t)));
   }
   SYMRIG_CHECK(check_sizes(leaves, head, values[0], exponents[0]));
   return leaves;
@@ -158,19 +156,12 @@ Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head,
 Result<void> LeafReader::read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const {
   to.halves.resize(part.values);
   to.exponents.resize(part.columns);
-  SYMRIG_CHECK(h5::read_run<Half>(file_, "leaves/factors", part.first_value, to.halves));
-  SYMRIG_CHECK(h5::read_run<std::int32_t>(file_, "leaves/exponents", part.first_column, to.exponents));
+  SYMRIG_CHECK(h5::read_rows<Half>(file_, "leaves/factors", part.first_value, 1, to.halves));
+  SYMRIG_CHECK(h5::read_rows<std::int32_t>(file_, "leaves/exponents", part.first_column, 1, to.exponents));
   return check_part(to, part, leaves, head_);
 }
 
-LeafFile::~LeafFile() {
-  const std::scoped_lock lock(h5::library_mutex());
-  file_.close();
-}
-
 Result<void> LeafFile::read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const {
-  const std::scoped_lock lock(h5::library_mutex());
-  h5::be_quiet();  // each thread by itself
   auto outcome = reader_.read(part, leaves, to);
   if (outcome) return outcome;
   Error error = std::move(outcome).error();

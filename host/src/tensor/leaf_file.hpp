@@ -16,39 +16,35 @@ namespace symrig::tensor {
 /// Ranges, ranks and levels of all leaves, checked against its trees and against the
 /// sizes of `leaves/factors` and `leaves/exponents`. No factor is read.
 /// fails: bad_format.
-Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head, const Trees& trees);
+Result<std::vector<Leaf>> read_leaf_list(const Object& file, const Head& head, const Trees& trees);
 
 /// The error of a leaf that is not as docs/file-format.md says.
 Error breaks_rules(std::size_t leaf);
 
-/// Reads parts of an open file, and checks them. The caller holds the library_mutex().
+/// Reads parts of an open file, and checks them. Several threads may call it.
 class LeafReader {
  public:
-  LeafReader(hid_t file, const Head& head) : file_(file), head_(head) {}
+  LeafReader(Object file, const Head& head) : file_(std::move(file)), head_(head) {}
 
   /// leaves: those of the part.  fails: bad_format, bad_value.
   Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const;
 
  private:
-  hid_t file_;
+  Object file_;
   Head head_;
 };
 
 /// The same for a file that stays open: another one that takes its name later is not read.
 class LeafFile {
  public:
-  /// file: opened for this alone. path: for messages.
-  LeafFile(h5::Handle file, std::string path, const Head& head)
-      : file_(std::move(file)), path_(std::move(path)), reader_(file_.id(), head) {}
-  LeafFile(const LeafFile&) = delete;
-  LeafFile& operator=(const LeafFile&) = delete;
-  ~LeafFile();
+  /// path: for messages.
+  LeafFile(const Object& file, std::string path, const Head& head)
+      : path_(std::move(path)), reader_(file, head) {}
 
   /// Errors name the file. Several threads may call it.
   Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const;
 
  private:
-  h5::Handle file_;
   std::string path_;
   LeafReader reader_;
 };

@@ -73,7 +73,7 @@ class LeafParts {
   using Use = std::function<void(const LowRank& part)>;
   Result<void> visit(std::span<const Leaf> leaves, const Use& use) const;
   /// Calls use(leaf, factors) for each leaf, factors: as TensorBuilder::add_leaf takes them. The calling
-  /// thread reads the parts: it may be writing a file, with the library_mutex() of HDF5.
+  /// thread reads the parts.
   using UseFactors = std::function<void(const Leaf& leaf, std::span<const float> factors)>;
   Result<void> visit_factors(std::span<const Leaf> leaves, const UseFactors& use) const;
 

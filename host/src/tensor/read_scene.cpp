@@ -2,7 +2,6 @@
 #include "symrig/base/memory.hpp"
 #include "symrig/base/nesting.hpp"
 #include "symrig/tensor/file.hpp"
-#include "tensor/h5.hpp"
 #include "tensor/h5_file.hpp"
 #include "tensor/read_tensor.hpp"
 #include "tensor/scene_file.hpp"
@@ -14,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace h5 = tensor::h5;
-using h5::Source;
+using h5::Object;
 using tensor::Head;
 
 constexpr h5::FileWords kScene{.content = "a scene",
@@ -22,8 +21,7 @@ constexpr h5::FileWords kScene{.content = "a scene",
                                .make_one = "`symrig capture` makes scene files",
                                .make_again = "capture or fit the scene again"};
 
-Result<Head> read_head(const Source& source) {
-  const hid_t file = source.file.id();
+Result<Head> read_head(const Object& file) {
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
   if (format != "symrig-scene")
     return Error{ErrorCode::bad_format, "attribute 'format' is not 'symrig-scene'", "is this a scene.h5?"};
@@ -44,15 +42,15 @@ Result<Head> read_head(const Source& source) {
   return Head{major[0], symmetric[0] == 1, channels[0], camera, projector};
 }
 
-Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
-  const h5::Handle group = h5::open_group(source.file.id(), path);
-  if (!group.ok()) return tensor::damaged("group '" + path + "' is missing or damaged");
+Result<HeldOut> read_held_out(const Object& file, const Head& head, const std::string& path) {
+  SYMRIG_TRY(const Object group, h5::open_group(file, path));
   h5::Shape p, c;
-  SYMRIG_TRY(std::string name, h5::read_text(group.id(), "name"));
-  SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group.id(), "pattern", 2, source.bytes, p));
-  SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group.id(), "photograph", 3, source.bytes, c));
-  if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
-      c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
+  SYMRIG_TRY(std::string name, h5::read_text(group, "name"));
+  SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group, "pattern", 2, p));
+  SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group, "photograph", 3, c));
+  if (p != h5::Shape{std::uint64_t(head.projector.rows), std::uint64_t(head.projector.cols)} ||
+      c != h5::Shape{std::uint64_t(head.channels), std::uint64_t(head.camera.rows),
+                     std::uint64_t(head.camera.cols)})
     return tensor::damaged("'" + path + "' does not fit the grids");
   SYMRIG_CHECK(tensor::check_values(pattern, "'" + path + "/pattern'", tensor::kBrightest));
   SYMRIG_CHECK(tensor::check_values(photograph, "'" + path + "/photograph'", tensor::kLargest));
@@ -62,23 +60,21 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
   return held;
 }
 
-Result<StoredScene> read_all(const Source& source, const tensor::KeepLeaves& keep) {
-  SYMRIG_TRY(const Head head, read_head(source));
-  SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
+Result<StoredScene> read_all(const Object& file, const tensor::KeepLeaves& keep) {
+  SYMRIG_TRY(const Head head, read_head(file));
+  SYMRIG_TRY(std::string capture, h5::read_text(file, "capture"));
   if (const auto shallow = check_json_nesting(capture); !shallow)
     return Error{ErrorCode::bad_format, "attribute 'capture': " + shallow.error().what,
                  "the file is damaged"};
-  SYMRIG_TRY(const BlockTree camera,
-             tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
-  SYMRIG_TRY(const BlockTree projector,
-             tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
+  SYMRIG_TRY(const BlockTree camera, tensor::read_tree(file, "camera", head.camera));
+  SYMRIG_TRY(const BlockTree projector, tensor::read_tree(file, "projector", head.projector));
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
-  SYMRIG_CHECK(tensor::read_tensor(source, head, camera, projector, keep, builder));
-  SYMRIG_TRY(const std::int32_t held_out_count, tensor::read_count(source, "held_out_count", "held_out"));
+  SYMRIG_CHECK(tensor::read_tensor(file, head, camera, projector, keep, builder));
+  SYMRIG_TRY(const std::int32_t held_out_count, tensor::read_count(file, "held_out_count", "held_out"));
   std::vector<HeldOut> held_out;
   for (std::int32_t k = 0; k < held_out_count; ++k) {
-    SYMRIG_TRY(HeldOut one_of, read_held_out(source, head, "held_out/" + std::to_string(k)));
+    SYMRIG_TRY(HeldOut one_of, read_held_out(file, head, "held_out/" + std::to_string(k)));
     held_out.push_back(std::move(one_of));
   }
   return StoredScene{std::move(builder).finish(), std::move(capture), std::move(held_out)};
@@ -88,7 +84,7 @@ Result<StoredScene> read_all(const Source& source, const tensor::KeepLeaves& kee
 
 Result<StoredScene> load_scene(const fs::path& path, const LoadOptions& options) {
   const std::int64_t memory = options.memory > 0 ? options.memory : usual_memory();
-  return h5::read_file(path, kScene, [&](const Source& source) { return read_all(source, {memory, path}); });
+  return h5::read_file(path, kScene, [&](const Object& file) { return read_all(file, {memory, path}); });
 }
 
 }  // namespace symrig

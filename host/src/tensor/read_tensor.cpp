@@ -12,12 +12,12 @@
 
 namespace symrig::tensor {
 
-Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups) {
-  SYMRIG_TRY(const auto count, h5::read_integers(source.file.id(), attribute, 1));
+Result<std::int32_t> read_count(const Object& file, const char* attribute, const std::string& groups) {
+  SYMRIG_TRY(const auto count, h5::read_integers(file, attribute, 1));
   if (count[0] < 0) return damaged("attribute '" + std::string(attribute) + "' is negative");
   const std::string next = groups + "/" + std::to_string(count[0]);
-  if (H5Lexists(source.file.id(), groups.c_str(), H5P_DEFAULT) > 0 &&
-      H5Lexists(source.file.id(), next.c_str(), H5P_DEFAULT) > 0)
+  SYMRIG_TRY(const bool is_more, h5::exists(file, next));
+  if (is_more)
     return damaged("there is a group '" + next + "', but '" + attribute + "' is " + std::to_string(count[0]));
   return count[0];
 }
@@ -28,14 +28,13 @@ using tensor::Half;
 
 /// The floats of the dataset `name`. Version 1 stores floats; version 2 stores halves, here without their
 /// exponents.
-Result<std::vector<float>> read_halves(const Source& source, const Head& head, const std::string& name,
+Result<std::vector<float>> read_halves(const Object& file, const Head& head, const std::string& name,
                                        std::size_t rank, h5::Shape& shape) {
-  const hid_t file = source.file.id();
   std::vector<float> values;
   if (head.version == 1) {
-    SYMRIG_TRY(values, h5::read_dataset<float>(file, name.c_str(), rank, source.bytes, shape));
+    SYMRIG_TRY(values, h5::read_dataset<float>(file, name, rank, shape));
   } else {
-    SYMRIG_TRY(const auto halves, h5::read_dataset<Half>(file, name.c_str(), rank, source.bytes, shape));
+    SYMRIG_TRY(const auto halves, h5::read_dataset<Half>(file, name, rank, shape));
     values.resize(halves.size());
     std::transform(halves.begin(), halves.end(), values.begin(), tensor::from_half);
   }
@@ -52,11 +51,11 @@ bool scale(std::span<float> values, std::int32_t exponent) {
 }
 
 /// Leaves of version 1: floats.
-Result<void> read_float_leaves(const Source& source, const Head& head, const Trees& trees,
+Result<void> read_float_leaves(const Object& file, const Head& head, const Trees& trees,
                                TensorBuilder& builder) {
-  SYMRIG_TRY(const std::vector<Leaf> leaves, read_leaf_list(source, head, trees));
+  SYMRIG_TRY(const std::vector<Leaf> leaves, read_leaf_list(file, head, trees));
   h5::Shape s;
-  SYMRIG_TRY(const std::vector<float> values, read_halves(source, head, "leaves/factors", 1, s));
+  SYMRIG_TRY(const std::vector<float> values, read_halves(file, head, "leaves/factors", 1, s));
   std::span<const float> left = values;
   for (std::size_t k = 0; k < leaves.size(); ++k) {
     const Leaf& leaf = leaves[k];
@@ -70,17 +69,15 @@ Result<void> read_float_leaves(const Source& source, const Head& head, const Tre
 }
 
 /// Leaves of version 2, in memory or left in their file.
-Result<void> read_leaves(const Source& source, const Head& head, const Trees& trees, const KeepLeaves& keep,
+Result<void> read_leaves(const Object& file, const Head& head, const Trees& trees, const KeepLeaves& keep,
                          TensorBuilder& builder) {
-  if (head.version == 1) return read_float_leaves(source, head, trees, builder);
-  SYMRIG_TRY(std::vector<Leaf> leaves, read_leaf_list(source, head, trees));
+  if (head.version == 1) return read_float_leaves(file, head, trees, builder);
+  SYMRIG_TRY(std::vector<Leaf> leaves, read_leaf_list(file, head, trees));
   const LowRank::Shape shape{head.camera.size(), head.projector.size(), head.symmetric, head.channels};
   const PartRange all = parts_of(leaves, head.channels).back();
   const auto bytes = static_cast<std::int64_t>((all.first_value + all.values) * sizeof(Half));
   if (bytes > keep.bytes) {
-    h5::Handle file(H5Freopen(source.file.id()), H5Fclose);
-    if (!file.ok()) return damaged("cannot be opened a second time");
-    const auto open = std::make_shared<const LeafFile>(std::move(file), keep.path.string(), head);
+    const auto open = std::make_shared<const LeafFile>(file, keep.path.string(), head);
     const auto read = [open](const PartRange& part, std::span<const Leaf> of_part, PartValues& to) {
       return open->read(part, of_part, to);
     };
@@ -88,7 +85,7 @@ Result<void> read_leaves(const Source& source, const Head& head, const Trees& tr
     builder.take_leaves(std::move(leaves), std::move(parts));
     return {};
   }
-  const LeafReader reader(source.file.id(), head);
+  const LeafReader reader(file, head);
   const auto read = [&](const PartRange& part, std::span<const Leaf> of_part, PartValues& to) {
     return reader.read(part, of_part, to);
   };
@@ -97,10 +94,9 @@ Result<void> read_leaves(const Source& source, const Head& head, const Trees& tr
   return {};
 }
 
-Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilder& builder) {
+Result<void> read_empties(const Object& file, const Trees& trees, TensorBuilder& builder) {
   h5::Shape s;
-  SYMRIG_TRY(const auto rows,
-             h5::read_dataset<std::int32_t>(source.file.id(), "leaves/empty", 2, source.bytes, s));
+  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "leaves/empty", 2, s));
   if (s[1] != 3) return damaged("dataset 'leaves/empty' does not have three columns");
   for (std::size_t k = 0; k < s[0]; ++k) {
     const std::int32_t level = rows[3 * k], row = rows[3 * k + 1], col = rows[3 * k + 2];
@@ -114,19 +110,17 @@ Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilde
 }
 
 /// Reads single entries. Version 1 stores the channels of an entry together, version 2 stores them in planes.
-Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder& builder) {
-  const hid_t file = source.file.id();
+Result<void> read_scalars(const Object& file, const Head& head, TensorBuilder& builder) {
   h5::Shape s;
-  SYMRIG_TRY(const auto at, h5::read_dataset<std::int32_t>(file, "scalars/at", 2, source.bytes, s));
+  SYMRIG_TRY(const auto at, h5::read_dataset<std::int32_t>(file, "scalars/at", 2, s));
   const std::size_t n = s[0];
   if (s[1] != 2) return damaged("dataset 'scalars/at' does not have two columns");
-  SYMRIG_TRY(std::vector<float> values, read_halves(source, head, "scalars/values", 2, s));
+  SYMRIG_TRY(std::vector<float> values, read_halves(file, head, "scalars/values", 2, s));
   const std::size_t channels = head.channels;
   const h5::Shape expected = head.version == 1 ? h5::Shape{n, channels} : h5::Shape{channels, n};
   if (s != expected) return damaged("dataset 'scalars/values' does not fit 'scalars/at'");
   if (head.version > 1) {
-    SYMRIG_TRY(const auto exponents,
-               h5::read_dataset<std::int32_t>(file, "scalars/exponents", 1, source.bytes, s));
+    SYMRIG_TRY(const auto exponents, h5::read_dataset<std::int32_t>(file, "scalars/exponents", 1, s));
     for (std::size_t c = 0; c < channels; ++c)
       if (exponents.size() != channels || !scale(std::span(values).subspan(c * n, n), exponents[c]))
         return damaged("dataset 'scalars/exponents' breaks the rules of the format");
@@ -144,12 +138,10 @@ Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder&
   return {};
 }
 
-Result<void> read_diagonal(const Source& source, const Head& head, TensorBuilder& builder) {
+Result<void> read_diagonal(const Object& file, const Head& head, TensorBuilder& builder) {
   h5::Shape s;
-  SYMRIG_TRY(const auto at,
-             h5::read_dataset<std::int32_t>(source.file.id(), "diagonal/at", 1, source.bytes, s));
-  SYMRIG_TRY(const auto values,
-             h5::read_dataset<float>(source.file.id(), "diagonal/values", 2, source.bytes, s));
+  SYMRIG_TRY(const auto at, h5::read_dataset<std::int32_t>(file, "diagonal/at", 1, s));
+  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "diagonal/values", 2, s));
   const std::size_t channels = head.channels;
   if (s != h5::Shape{at.size(), channels} || (!head.symmetric && !at.empty()))
     return damaged("the datasets in 'diagonal' do not fit together");
@@ -165,15 +157,14 @@ Result<void> read_diagonal(const Source& source, const Head& head, TensorBuilder
   return {};
 }
 
-Result<void> read_columns(const Source& source, const Head& head, TensorBuilder& builder) {
-  const hid_t file = source.file.id();
+Result<void> read_columns(const Object& file, const Head& head, TensorBuilder& builder) {
   h5::Shape s;
-  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "columns/range", 2, source.bytes, s));
+  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "columns/range", 2, s));
   const std::size_t n = s[0];
   if (s[1] != 2) return damaged("dataset 'columns/range' does not have two columns");
-  SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, source.bytes, s));
-  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, source.bytes, s));
-  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, source.bytes, s));
+  SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, s));
+  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, s));
+  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, s));
   const std::size_t channels = head.channels;
   const bool fit = first.size() == n + 1 && first.front() == 0 && first.back() == std::ssize(rows) &&
                    s[0] == rows.size() && s[1] == channels;
@@ -203,20 +194,19 @@ bool stays_on_grid(std::span<const float> plane, Grid grid, BandOffset d) {
   return true;
 }
 
-Result<void> read_band(const Source& source, const Head& head, const std::string& path,
+Result<void> read_band(const Object& file, const Head& head, const std::string& path,
                        TensorBuilder& builder) {
-  const h5::Handle group = h5::open_group(source.file.id(), path);
-  if (!group.ok()) return damaged("group '" + path + "' is missing or damaged");
-  SYMRIG_TRY(const auto radius, h5::read_integers(group.id(), "radius", 1));
+  SYMRIG_TRY(const Object group, h5::open_group(file, path));
+  SYMRIG_TRY(const auto radius, h5::read_integers(group, "radius", 1));
   if (!head.symmetric || radius[0] < 1 || radius[0] > 1024)
     return damaged("'" + path + "' has no valid radius");
   const std::vector<BandOffset> offsets = band_offsets(radius[0]);
   h5::Shape s, e;
-  SYMRIG_TRY(std::vector<float> values, read_halves(source, head, path + "/values", 4, s));
-  SYMRIG_TRY(const auto exponents,
-             h5::read_dataset<std::int32_t>(group.id(), "exponents", 2, source.bytes, e));
-  const auto channels = static_cast<hsize_t>(head.channels);
-  if (s != h5::Shape{channels, offsets.size(), hsize_t(head.camera.rows), hsize_t(head.camera.cols)} ||
+  SYMRIG_TRY(std::vector<float> values, read_halves(file, head, path + "/values", 4, s));
+  SYMRIG_TRY(const auto exponents, h5::read_dataset<std::int32_t>(group, "exponents", 2, e));
+  const auto channels = static_cast<std::uint64_t>(head.channels);
+  if (s != h5::Shape{channels, offsets.size(), std::uint64_t(head.camera.rows),
+                     std::uint64_t(head.camera.cols)} ||
       e != h5::Shape{channels, offsets.size()})
     return damaged("the datasets in '" + path + "' do not fit together");
   const std::size_t pixels = head.camera.size();
@@ -230,25 +220,25 @@ Result<void> read_band(const Source& source, const Head& head, const std::string
   return {};
 }
 
-Result<void> read_bands(const Source& source, const Head& head, TensorBuilder& builder) {
-  SYMRIG_TRY(const std::int32_t count, read_count(source, "band_count", "bands"));
+Result<void> read_bands(const Object& file, const Head& head, TensorBuilder& builder) {
+  SYMRIG_TRY(const std::int32_t count, read_count(file, "band_count", "bands"));
   for (std::int32_t k = 0; k < count; ++k)
-    SYMRIG_CHECK(read_band(source, head, "bands/" + std::to_string(k), builder));
+    SYMRIG_CHECK(read_band(file, head, "bands/" + std::to_string(k), builder));
   return {};
 }
 
 }  // namespace
 
-Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
+Result<void> read_tensor(const Object& file, const Head& head, const BlockTree& camera,
                          const BlockTree& projector, const KeepLeaves& keep, TensorBuilder& builder) {
   const Trees trees{&camera, &projector};
-  SYMRIG_CHECK(read_leaves(source, head, trees, keep, builder));
-  SYMRIG_CHECK(read_empties(source, trees, builder));
-  SYMRIG_CHECK(read_scalars(source, head, builder));
-  SYMRIG_CHECK(read_columns(source, head, builder));
+  SYMRIG_CHECK(read_leaves(file, head, trees, keep, builder));
+  SYMRIG_CHECK(read_empties(file, trees, builder));
+  SYMRIG_CHECK(read_scalars(file, head, builder));
+  SYMRIG_CHECK(read_columns(file, head, builder));
   if (head.version == 1) return {};
-  SYMRIG_CHECK(read_diagonal(source, head, builder));
-  return read_bands(source, head, builder);
+  SYMRIG_CHECK(read_diagonal(file, head, builder));
+  return read_bands(file, head, builder);
 }
 
 }  // namespace symrig::tensor

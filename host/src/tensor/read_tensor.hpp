@@ -13,7 +13,7 @@
 
 namespace symrig::tensor {
 
-using h5::Source;
+using h5::Object;
 
 /// The root attributes.
 struct Head {
@@ -25,7 +25,7 @@ struct Head {
 
 /// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or
 /// there is one more).
-Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups);
+Result<std::int32_t> read_count(const Object& file, const char* attribute, const std::string& groups);
 
 /// Where the factors of leaves are kept.
 struct KeepLeaves {
@@ -34,7 +34,7 @@ struct KeepLeaves {
 };
 
 /// Reads every part of T into the builder. fails: bad_format, bad_value.
-Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
+Result<void> read_tensor(const Object& file, const Head& head, const BlockTree& camera,
                          const BlockTree& projector, const KeepLeaves& keep, TensorBuilder& builder);
 
 }  // namespace symrig::tensor

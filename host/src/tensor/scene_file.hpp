@@ -5,11 +5,9 @@
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/block_tree.hpp"
 #include "tensor/h5.hpp"
+#include "tensor/h5_read.hpp"
 
-#include <cerrno>
 #include <cstdint>
-#include <cstring>
-#include <filesystem>
 #include <string>
 
 namespace symrig::tensor {
@@ -23,6 +21,6 @@ bool write_tree(hid_t file, const std::string& side, const BlockTree& tree);
 
 /// The inverse of write_tree(). Without <side>_split the tree is the flat tree of one view.
 /// fails: bad_format (missing, damaged, or not a tree).
-Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes);
+Result<BlockTree> read_tree(const h5::Object& file, const std::string& side, Grid grid);
 
 }  // namespace symrig::tensor

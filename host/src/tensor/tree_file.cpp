@@ -16,11 +16,12 @@ Error damaged(const std::string& name, const std::string& why) {
 }
 
 /// How the grid was cut. Without an attribute in the file: 1x1 views and flat.
-Result<Split> read_split(hid_t file, const std::string& side) {
+Result<Split> read_split(const h5::Object& file, const std::string& side) {
   const std::string name = side + "_split";
-  if (H5Aexists(file, name.c_str()) <= 0) return Split{};
-  SYMRIG_TRY(const std::string text, h5::read_text(file, name.c_str()));
-  SYMRIG_TRY(const std::vector<std::int32_t> views, h5::read_integers(file, (side + "_views").c_str(), 2));
+  SYMRIG_TRY(const auto is_there, file.attribute(name));
+  if (!is_there) return Split{};
+  SYMRIG_TRY(const std::string text, h5::read_text(file, name));
+  SYMRIG_TRY(const std::vector<std::int32_t> views, h5::read_integers(file, side + "_views", 2));
   const auto order = parse_split_order(text);
   if (!order) return damaged(name, "is not a split order that this program knows");
   return Split{{views[0], views[1]}, *order, {}};
@@ -50,17 +51,15 @@ bool write_tree(hid_t file, const std::string& side, const BlockTree& tree) {
                                          boundaries));
 }
 
-Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes) {
+Result<BlockTree> read_tree(const h5::Object& file, const std::string& side, Grid grid) {
   h5::Shape shape;
   const std::string name = side + "_order";
-  SYMRIG_TRY(std::vector<std::int32_t> order,
-             h5::read_dataset<std::int32_t>(file, name.c_str(), 1, file_bytes, shape));
+  SYMRIG_TRY(std::vector<std::int32_t> order, h5::read_dataset<std::int32_t>(file, name, 1, shape));
   if (std::ssize(order) != grid.size()) return damaged(name, "does not fit its grid");
   SYMRIG_TRY(const Split split, read_split(file, side));
   if (split.order == SplitOrder::flat) return read_flat(side, grid, split, order);
   const std::string at = side + "_boundaries";
-  SYMRIG_TRY(const std::vector<std::int8_t> boundaries,
-             h5::read_dataset<std::int8_t>(file, at.c_str(), 1, file_bytes, shape));
+  SYMRIG_TRY(const std::vector<std::int8_t> boundaries, h5::read_dataset<std::int8_t>(file, at, 1, shape));
   auto tree = BlockTree::from(grid, split.views, split.order, std::move(order), boundaries);
   if (!tree)
     return damaged(at, "and '" + name + "' do not describe a block tree (" + tree.error().what + ")");

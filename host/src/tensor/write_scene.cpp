@@ -91,7 +91,7 @@ bool write_leaves(hid_t group, const TransportTensor& t, const Work& work, Resul
     rank.push_back(leaf.rank);
     level.push_back(leaf.level);
   }
-  const hsize_t n = rank.size();
+  const std::uint64_t n = rank.size();
   return h5::write_dataset<std::int32_t>(group, "range", {n, 4}, range) &&
          h5::write_dataset<std::int32_t>(group, "rank", {n}, rank) &&
          h5::write_dataset<std::int32_t>(group, "level", {n}, level) && write_factors(group, t, work, read);
@@ -120,7 +120,7 @@ bool write_scalars(hid_t diagonal, hid_t others, const TransportTensor& t) {
   }
   HalfValues halves(at.size() / 2 * channels);
   for (const std::vector<float>& plane : planes) halves.add(plane);
-  const hsize_t count = channels;
+  const std::uint64_t count = channels;
   return h5::write_dataset<std::int32_t>(diagonal, "at", {pixels.size()}, pixels) &&
          h5::write_dataset<float>(diagonal, "values", {pixels.size(), count}, on_diagonal) &&
          h5::write_dataset<std::int32_t>(others, "at", {at.size() / 2, 2}, at) &&
@@ -135,11 +135,11 @@ bool write_columns(hid_t group, const TransportTensor& t) {
     range.insert(range.end(), {column.col_begin, column.col_end});
     first.push_back(column.last);
   }
-  const hsize_t entries = t.column_rows().size();
+  const std::uint64_t entries = t.column_rows().size();
   return h5::write_dataset<std::int32_t>(group, "range", {t.columns().size(), 2}, range) &&
          h5::write_dataset<std::int64_t>(group, "first", {first.size()}, first) &&
          h5::write_dataset<std::int32_t>(group, "rows", {entries}, t.column_rows()) &&
-         h5::write_dataset<float>(group, "values", {entries, static_cast<hsize_t>(t.channels())},
+         h5::write_dataset<float>(group, "values", {entries, static_cast<std::uint64_t>(t.channels())},
                                   t.column_values());
 }
 
@@ -152,11 +152,12 @@ bool write_bands(hid_t group, const TransportTensor& t) {
     HalfValues halves(bands[k].values.size());
     for (std::size_t at = 0; at < bands[k].values.size(); at += pixels)
       halves.add(std::span(bands[k].values).subspan(at, pixels));
-    const hsize_t channels = hsize_t(t.channels()), offsets = halves.exponents().size() / channels;
+    const std::uint64_t channels = std::uint64_t(t.channels()),
+                        offsets = halves.exponents().size() / channels;
     const bool ok =
         place.ok() && h5::write_attribute(place.id(), "radius", one(bands[k].radius)) &&
         h5::write_dataset<Half>(place.id(), "values",
-                                {channels, offsets, hsize_t(grid.rows), hsize_t(grid.cols)},
+                                {channels, offsets, std::uint64_t(grid.rows), std::uint64_t(grid.cols)},
                                 halves.halves()) &&
         h5::write_dataset<std::int32_t>(place.id(), "exponents", {channels, offsets}, halves.exponents());
     if (!ok) return false;
@@ -174,11 +175,12 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all, const Work& wo
     const Grid c = one_of.photograph.grid();
     const bool ok =
         place.ok() && h5::write_attribute(place.id(), "name", one_of.name) &&
-        h5::write_dataset<float>(place.id(), "pattern", {hsize_t(p.rows), hsize_t(p.cols)},
+        h5::write_dataset<float>(place.id(), "pattern", {std::uint64_t(p.rows), std::uint64_t(p.cols)},
                                  one_of.pattern.plane(0)) &&
-        h5::write_dataset<float>(place.id(), "photograph",
-                                 {hsize_t(one_of.photograph.channels()), hsize_t(c.rows), hsize_t(c.cols)},
-                                 one_of.photograph.values());
+        h5::write_dataset<float>(
+            place.id(), "photograph",
+            {std::uint64_t(one_of.photograph.channels()), std::uint64_t(c.rows), std::uint64_t(c.cols)},
+            one_of.photograph.values());
     if (!ok) return false;
   }
   return true;

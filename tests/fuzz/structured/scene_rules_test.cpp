@@ -149,9 +149,8 @@ TEST_F(SceneRules, a_block_of_the_diagonal_that_is_not_symmetric) {
   expect_refused("leaf 0");
 }
 TEST_F(SceneRules, a_product_of_factors_that_overflows) {
-  const OpenScene scene(file_);
-  scene.set("leaves/exponents", 4, std::int32_t{70});
-  scene.set("leaves/exponents", 5, std::int32_t{70});
+  OpenScene(file_).set("leaves/exponents", 4, std::int32_t{70});
+  OpenScene(file_).set("leaves/exponents", 5, std::int32_t{70});
   expect_refused("leaf 1");
 }
 TEST_F(SceneRules, a_value_that_no_scene_has) {

@@ -31,7 +31,7 @@ bool is_dense(const std::string& rig);
 Result<DenseUri> parse_dense_uri(const std::string& rig);
 
 /// Reads a matrix. The content of the file chooses the format:
-/// - .npy (NumPy's format, version 1 or 2) and HDF5 (the data set T): pixels in raster order;
+/// - .npy (NumPy's format, version 1 to 3) and HDF5 (the data set T): pixels in raster order;
 /// - .mat (MATLAB's level 4, 5, 7 or 7.3; the variable T): pixels column after column, as T · light(:) has
 ///   them. light_size or photo_size states the grid.
 /// shapes: [rows, cols, rows, cols] (camera, then projector), or [n, n] with n = grid.size(). Without a grid,

@@ -17,8 +17,8 @@ namespace {
 
 namespace h5 = tensor::h5;
 using h5::Handle;
+using h5::Object;
 using h5::Shape;
-using h5::Source;
 using tensor::check_values;
 using tensor::damaged;
 using tensor::impossible;
@@ -47,7 +47,8 @@ bool write_whole(hid_t object, const char* name, std::int64_t value) {
 
 template <class T>
 bool write_planes(hid_t place, const char* name, const Image<T>& image) {
-  const Shape shape{hsize_t(image.channels()), hsize_t(image.grid().rows), hsize_t(image.grid().cols)};
+  const Shape shape{std::uint64_t(image.channels()), std::uint64_t(image.grid().rows),
+                    std::uint64_t(image.grid().cols)};
   return h5::write_dataset<T>(place, name, shape, image.values());
 }
 
@@ -120,7 +121,8 @@ bool write_all(hid_t file, const Registration& r) {
   return ok;
 }
 
-Result<std::int32_t> read_whole(hid_t object, const char* name, std::int32_t least, std::int32_t most) {
+Result<std::int32_t> read_whole(const Object& object, const char* name, std::int32_t least,
+                                std::int32_t most) {
   SYMRIG_TRY(const auto values, h5::read_integers(object, name, 1));
   if (values[0] < least || values[0] > most)
     return damaged(fmt::format("attribute '{}' is {}, not in {}..{}", name, values[0], least, most));
@@ -128,21 +130,21 @@ Result<std::int32_t> read_whole(hid_t object, const char* name, std::int32_t lea
 }
 
 template <class T>
-Result<Image<T>> read_planes(const Source& source, const char* name, Grid grid, int channels) {
+Result<Image<T>> read_planes(const Object& file, const char* name, Grid grid, int channels) {
   Shape shape;
-  SYMRIG_TRY(const auto values, h5::read_dataset<T>(source.file.id(), name, 3, source.bytes, shape));
-  if (shape != Shape{hsize_t(channels), hsize_t(grid.rows), hsize_t(grid.cols)})
+  SYMRIG_TRY(const auto values, h5::read_dataset<T>(file, name, 3, shape));
+  if (shape != Shape{std::uint64_t(channels), std::uint64_t(grid.rows), std::uint64_t(grid.cols)})
     return damaged(fmt::format("dataset '{}' does not fit the camera's grid", name));
   Image<T> image(grid, channels);
   std::ranges::copy(values, image.values().begin());
   return image;
 }
 
-Result<Radiance> read_flood(const Source& source, Grid camera, int channels) {
+Result<Radiance> read_flood(const Object& file, Grid camera, int channels) {
   Radiance flood;
-  SYMRIG_TRY(flood.mean, read_planes<float>(source, "flood", camera, channels));
-  SYMRIG_TRY(flood.variance, read_planes<float>(source, "flood_variance", camera, channels));
-  SYMRIG_TRY(flood.valid, read_planes<std::uint8_t>(source, "flood_valid", camera, channels));
+  SYMRIG_TRY(flood.mean, read_planes<float>(file, "flood", camera, channels));
+  SYMRIG_TRY(flood.variance, read_planes<float>(file, "flood_variance", camera, channels));
+  SYMRIG_TRY(flood.valid, read_planes<std::uint8_t>(file, "flood_valid", camera, channels));
   SYMRIG_CHECK(check_values(flood.mean.values(), "dataset 'flood'", kLargest));
   SYMRIG_CHECK(check_values(flood.variance.values(), "dataset 'flood_variance'", kLargest));
   for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
@@ -154,35 +156,33 @@ Result<Radiance> read_flood(const Source& source, Grid camera, int channels) {
   return flood;
 }
 
-Result<CameraMap> read_map(const Source& source, std::int32_t number, Grid camera) {
+Result<CameraMap> read_map(const Object& file, std::int32_t number, Grid camera) {
   const std::string name = fmt::format("map_{}", number);
-  const Handle group = h5::open_group(source.file.id(), name);
-  if (!group.ok()) return damaged(fmt::format("group '{}' is missing or damaged", name));
+  SYMRIG_TRY(const Object group, h5::open_group(file, name));
   constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
   CameraMapNumbers n;
   n.camera = camera;
-  SYMRIG_TRY(n.intervals, read_whole(group.id(), "intervals", 1, kAny));
-  SYMRIG_TRY(n.error, h5::read_number(group.id(), "error"));
-  SYMRIG_TRY(n.edge_width, h5::read_number(group.id(), "edge_width"));
-  SYMRIG_TRY(n.outlier_share, h5::read_number(group.id(), "outlier_share"));
-  SYMRIG_TRY(n.edges, read_whole(group.id(), "edges", 0, kAny));
+  SYMRIG_TRY(n.intervals, read_whole(group, "intervals", 1, kAny));
+  SYMRIG_TRY(n.error, h5::read_number(group, "error"));
+  SYMRIG_TRY(n.edge_width, h5::read_number(group, "edge_width"));
+  SYMRIG_TRY(n.outlier_share, h5::read_number(group, "outlier_share"));
+  SYMRIG_TRY(n.edges, read_whole(group, "edges", 0, kAny));
   Shape shape;
-  SYMRIG_TRY(n.row, h5::read_dataset<double>(group.id(), "row", 1, source.bytes, shape));
-  SYMRIG_TRY(n.col, h5::read_dataset<double>(group.id(), "col", 1, source.bytes, shape));
+  SYMRIG_TRY(n.row, h5::read_dataset<double>(group, "row", 1, shape));
+  SYMRIG_TRY(n.col, h5::read_dataset<double>(group, "col", 1, shape));
   return CameraMap::make(n);
 }
 
-Result<GainRatio> read_gain(const Source& source) {
-  const Handle group = h5::open_group(source.file.id(), "gain");
-  if (!group.ok()) return damaged("group 'gain' is missing or damaged");
+Result<GainRatio> read_gain(const Object& file) {
+  SYMRIG_TRY(const Object group, h5::open_group(file, "gain"));
   GainRatio gain;
-  SYMRIG_TRY(const std::int32_t known, read_whole(group.id(), "known", 0, 1));
-  SYMRIG_TRY(gain.pairs, read_whole(group.id(), "pairs", 0, std::numeric_limits<std::int32_t>::max()));
-  SYMRIG_TRY(gain.sigma, h5::read_number(group.id(), "sigma"));
-  SYMRIG_TRY(gain.veil, h5::read_number(group.id(), "veil"));
-  SYMRIG_TRY(gain.veil_sigma, h5::read_number(group.id(), "veil_sigma"));
+  SYMRIG_TRY(const std::int32_t known, read_whole(group, "known", 0, 1));
+  SYMRIG_TRY(gain.pairs, read_whole(group, "pairs", 0, std::numeric_limits<std::int32_t>::max()));
+  SYMRIG_TRY(gain.sigma, h5::read_number(group, "sigma"));
+  SYMRIG_TRY(gain.veil, h5::read_number(group, "veil"));
+  SYMRIG_TRY(gain.veil_sigma, h5::read_number(group, "veil_sigma"));
   Shape shape;
-  SYMRIG_TRY(const auto values, h5::read_dataset<double>(group.id(), "shape", 1, source.bytes, shape));
+  SYMRIG_TRY(const auto values, h5::read_dataset<double>(group, "shape", 1, shape));
   if (values.size() != gain.shape.size()) return damaged("dataset 'gain/shape' does not have 4 numbers");
   // log g of a sum of four shapes that are at most 1: a gain within e^±40.
   const auto sane = [](double v) { return std::abs(v) < 10; };
@@ -194,29 +194,27 @@ Result<GainRatio> read_gain(const Source& source) {
   return gain;
 }
 
-Result<OpticsBlur> read_blur(const Source& source) {
-  const Handle group = h5::open_group(source.file.id(), "blur");
-  if (!group.ok()) return damaged("group 'blur' is missing or damaged");
+Result<OpticsBlur> read_blur(const Object& file) {
+  SYMRIG_TRY(const Object group, h5::open_group(file, "blur"));
   OpticsBlur blur;
-  SYMRIG_TRY(const std::int32_t measured, read_whole(group.id(), "measured", 0, 1));
-  SYMRIG_TRY(blur.projector, h5::read_number(group.id(), "projector"));
-  SYMRIG_TRY(blur.camera, h5::read_number(group.id(), "camera"));
-  SYMRIG_TRY(blur.sigma, h5::read_number(group.id(), "sigma"));
+  SYMRIG_TRY(const std::int32_t measured, read_whole(group, "measured", 0, 1));
+  SYMRIG_TRY(blur.projector, h5::read_number(group, "projector"));
+  SYMRIG_TRY(blur.camera, h5::read_number(group, "camera"));
+  SYMRIG_TRY(blur.sigma, h5::read_number(group, "sigma"));
   for (const double v : {blur.projector, blur.camera, blur.sigma})
     if (!(v >= 0 && v <= 100)) return impossible("a blur is not between 0 and 100 cells");
   blur.measured = measured == 1;
   return blur;
 }
 
-Result<CameraGhost> read_ghost(const Source& source, Grid cells) {
-  const Handle group = h5::open_group(source.file.id(), "ghost");
-  if (!group.ok()) return damaged("group 'ghost' is damaged");
+Result<CameraGhost> read_ghost(const Object& file, Grid cells) {
+  SYMRIG_TRY(const Object group, h5::open_group(file, "ghost"));
   CameraGhost ghost;
-  SYMRIG_TRY(ghost.share, h5::read_number(group.id(), "share"));
-  SYMRIG_TRY(ghost.sigma, h5::read_number(group.id(), "sigma"));
-  SYMRIG_TRY(ghost.significance, h5::read_number(group.id(), "significance"));
+  SYMRIG_TRY(ghost.share, h5::read_number(group, "share"));
+  SYMRIG_TRY(ghost.sigma, h5::read_number(group, "sigma"));
+  SYMRIG_TRY(ghost.significance, h5::read_number(group, "significance"));
   Shape shape;
-  SYMRIG_TRY(const auto place, h5::read_dataset<double>(group.id(), "place", 1, source.bytes, shape));
+  SYMRIG_TRY(const auto place, h5::read_dataset<double>(group, "place", 1, shape));
   if (place.size() != 2) return damaged("dataset 'ghost/place' does not have 2 numbers");
   ghost.place = {place[0], place[1]};
   const bool near = std::abs(place[0]) <= cells.rows && std::abs(place[1]) <= cells.cols;
@@ -228,20 +226,18 @@ Result<CameraGhost> read_ghost(const Source& source, Grid cells) {
   return ghost;
 }
 
-Result<ReciprocalShift> read_reciprocity(const Source& source) {
-  const Handle group = h5::open_group(source.file.id(), "reciprocity");
-  if (!group.ok()) return damaged("group 'reciprocity' is damaged");
+Result<ReciprocalShift> read_reciprocity(const Object& file) {
+  SYMRIG_TRY(const Object group, h5::open_group(file, "reciprocity"));
   ReciprocalShift shift;
-  SYMRIG_TRY(shift.corrected, h5::read_number(group.id(), "corrected"));
-  SYMRIG_TRY(shift.left, h5::read_number(group.id(), "left"));
+  SYMRIG_TRY(shift.corrected, h5::read_number(group, "corrected"));
+  SYMRIG_TRY(shift.left, h5::read_number(group, "left"));
   for (const double v : {shift.corrected, shift.left})
     if (!(v >= 0 && v <= 100)) return impossible("a shift is not between 0 and 100 cells");
   shift.measured = true;
   return shift;
 }
 
-Result<Registration> read_all(const Source& source) {
-  const hid_t file = source.file.id();
+Result<Registration> read_all(const Object& file) {
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
   if (format != "symrig-registration")
     return Error{ErrorCode::bad_format, fmt::format("its format is '{}', not 'symrig-registration'", format),
@@ -262,29 +258,32 @@ Result<Registration> read_all(const Source& source) {
         fmt::format("it has {} cells for {} camera pixels", to_string(r.cells), to_string(camera)));
   SYMRIG_TRY(const std::int32_t channels, read_whole(file, "channels", 1, kMostChannels));
   SYMRIG_TRY(r.photographs, read_whole(file, "photographs", 0, kAny));
-  SYMRIG_TRY(r.flood, read_flood(source, camera, channels));
+  SYMRIG_TRY(r.flood, read_flood(file, camera, channels));
   SYMRIG_TRY(const std::int32_t maps, read_whole(file, "maps", 1, channels));
   if (maps != 1 && maps != channels)
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
-  SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
-  SYMRIG_TRY(r.stripes, read_planes<float>(source, "stripes", camera, 2 * channels));
+  SYMRIG_TRY(r.shares, read_planes<float>(file, "shares", camera, 2 * maps));
+  SYMRIG_TRY(r.stripes, read_planes<float>(file, "stripes", camera, 2 * channels));
   SYMRIG_CHECK(check_values(r.stripes.values(), "dataset 'stripes'", kLargest));
-  if (H5Lexists(file, "shift", H5P_DEFAULT) > 0) {
+  SYMRIG_TRY(const bool has_shift, h5::exists(file, "shift"));
+  if (has_shift) {
     Shape shape;
-    SYMRIG_TRY(const auto shift, h5::read_dataset<double>(file, "shift", 1, source.bytes, shape));
+    SYMRIG_TRY(const auto shift, h5::read_dataset<double>(file, "shift", 1, shape));
     if (shift.size() != 2 || r.camera() != r.cells) return damaged("dataset 'shift' does not fit the grids");
     r.shift = Point{shift[0], shift[1]};
   }
-  SYMRIG_TRY(r.gain, read_gain(source));
-  SYMRIG_TRY(r.blur, read_blur(source));
-  if (H5Lexists(file, "reciprocity", H5P_DEFAULT) > 0) {
-    SYMRIG_TRY(r.reciprocity, read_reciprocity(source));
+  SYMRIG_TRY(r.gain, read_gain(file));
+  SYMRIG_TRY(r.blur, read_blur(file));
+  SYMRIG_TRY(const bool has_reciprocity, h5::exists(file, "reciprocity"));
+  if (has_reciprocity) {
+    SYMRIG_TRY(r.reciprocity, read_reciprocity(file));
   }
-  if (H5Lexists(file, "ghost", H5P_DEFAULT) > 0) {
-    SYMRIG_TRY(r.ghost, read_ghost(source, r.cells));
+  SYMRIG_TRY(const bool has_ghost, h5::exists(file, "ghost"));
+  if (has_ghost) {
+    SYMRIG_TRY(r.ghost, read_ghost(file, r.cells));
   }
   for (std::int32_t k = 0; k < maps; ++k) {
-    SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
+    SYMRIG_TRY(CameraMap map, read_map(file, k, camera));
     r.maps.push_back(std::move(map));
   }
   return r;

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bytes of an HDF5 file.  source: "HDF5 File Format Specification Version 3.0", The HDF Group.
+#pragma once
+
+#include "symrig/base/fd.hpp"
+#include "symrig/base/result.hpp"
+#include "tensor/h5_reader/bytes.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace symrig::tensor::h5 {
+
+/// Bytes from the signature of the file on.
+using Address = std::uint64_t;
+inline constexpr Address kUndefined = ~Address{0};
+
+/// A structure that is not as the format says.  Without a hint, like all errors of this folder: read_file()
+/// adds one.
+Error damaged_at(std::string_view structure, Address at, std::string_view why);
+
+/// What the head of a file says.
+struct Superblock {
+  std::uint64_t begin = 0;  ///< of the signature in the file; a block of the user's may be before it
+  std::uint64_t end = 0;    ///< of the file, as it was when it was closed
+  unsigned address_bytes = 8, length_bytes = 8;
+  Address root = kUndefined;
+  bool marked = false;  ///< as open for writing
+};
+
+/// An open file, which stays as it was opened if another takes its name. Several threads may read it.
+class FileBytes {
+ public:
+  FileBytes(Fd file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
+
+  /// Where the signature of HDF5 is; nothing: it is no such file.
+  std::optional<std::uint64_t> find_signature() const;
+  /// fails: bad_format.
+  Result<void> read_superblock(std::uint64_t begin);
+  const Superblock& superblock() const { return head_; }
+  /// Of the whole file.
+  std::uint64_t size() const { return size_; }
+
+  /// Reads into memory of the caller.  fails: bad_format (outside of the file), io.
+  Result<void> read(Address at, std::span<std::uint8_t> to) const;
+  Result<std::vector<std::uint8_t>> read(Address at, std::uint64_t size) const;
+  /// The same for a structure that ends with its checksum, and without that.
+  Result<std::vector<std::uint8_t>> read_checked(std::string_view structure, Address at,
+                                                 std::uint64_t size) const;
+
+  Address address(Bytes& bytes) const;
+  std::uint64_t length(Bytes& bytes) const { return bytes.number(head_.length_bytes); }
+
+ private:
+  Result<void> read_old_superblock(Bytes bytes, unsigned version);
+  Result<void> read_new_superblock(std::span<const std::uint8_t> all, unsigned version);
+
+  Fd file_;
+  std::uint64_t size_;
+  Superblock head_;
+};
+
+}  // namespace symrig::tensor::h5
