@@ -2,6 +2,9 @@
 #include "symrig/acquisition/capture.hpp"
 
 #include "acquisition/algorithms.hpp"
+#include "acquisition/light/light_witness.hpp"
+
+#include <utility>
 
 namespace symrig {
 namespace {
@@ -14,18 +17,34 @@ bool too_small_to_search(Grid grid, const CaptureSettings& settings) {
          settings.max_patterns == 0 && settings.max_seconds == 0 && settings.target_error == 0;
 }
 
+/// A search that finds nothing to rely on is a reason to ask whether the rig is still the same.
+Result<CaptureResult> run_watched(Probe& probe, CaptureSettings settings, const AlgorithmInfo& algorithm) {
+  if (!settings.look_aside && settings.log == nullptr)
+    settings.look_aside = [&probe](std::span<const Pattern> patterns) { return probe.measure(patterns); };
+  acquisition::LightWitness witness(probe, settings.look_aside);
+  SYMRIG_TRY(CaptureResult result, algorithm.run(witness, settings));
+  if (result.undetermined) SYMRIG_CHECK(witness.look_again());
+  return result;
+}
+
 }  // namespace
 
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
-  SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
+  SYMRIG_TRY(CaptureSettings settings, settings_of(options));
   if (!probe.grid().valid() || probe.channels() < 1)
     return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};
   SYMRIG_CHECK(check_aligned(probe));
   // With a log this has been asked of the rig itself: a log that is continued plans no exposures, whatever
   // the rig does.
   if (settings.log == nullptr) SYMRIG_CHECK(check_rig(options, probe));
-  if (too_small_to_search(probe.grid(), settings)) return acquisition::capture_brute(probe, settings);
-  return algorithm_info(settings.algorithm).run(probe, settings);
+  const bool small = too_small_to_search(probe.grid(), settings);
+  if (small || !algorithm_info(settings.algorithm).hierarchical) {
+    if (settings.before_search) SYMRIG_CHECK(settings.before_search());
+  }
+  if (small) return acquisition::capture_brute(probe, settings);
+  const AlgorithmInfo& algorithm = algorithm_info(settings.algorithm);
+  if (settings.unchecked || !algorithm.hierarchical) return algorithm.run(probe, settings);
+  return run_watched(probe, std::move(settings), algorithm);
 }
 
 }  // namespace symrig

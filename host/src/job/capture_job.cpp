@@ -65,6 +65,11 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
   Probe& probe = watched ? static_cast<Probe&>(*watched) : measuring;
   CaptureOptions options = job.options;
   options.log = log;
+  // Of a capture that goes on, the rig may have been repaired since.
+  options.look_aside = [&](std::span<const Pattern> patterns) -> Result<std::vector<Radiance>> {
+    if (logged && logged->replayed() > 0) return std::vector<Radiance>();
+    return rig.measure(patterns);
+  };
   SYMRIG_TRY(CaptureResult result, capture(probe, options));
   if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());
   CaptureSummary summary{.scene = rig.describe(),
@@ -165,14 +170,25 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
-  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping)) SYMRIG_CHECK(check_axis(*rig.probe));
+  CaptureJob checked = job;
+  bool misaligned = false;
+  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping))
+    checked.options.before_search = [&]() -> Result<void> {
+      Result<void> found = check_axis(*rig.probe);
+      misaligned = !found;
+      return found;
+    };
   const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
   if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
   // Nobody asked for the usual memory, so it is no reason to refuse.
   const std::int64_t memory = job.memory > 0 ? job.memory : std::max(usual_memory(), least);
   const MemoryScope scope({memory, least, scratch_folder(job)});
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
-  Result<CaptureOutcome> outcome = guarded([&] { return measure_and_save(job, settings, rig, log.log()); });
+  Result<CaptureOutcome> outcome =
+      guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
+  // Photographs of a rig that must be changed are of no use later.
+  if (!outcome && (misaligned || outcome.error().code == ErrorCode::wrong_light))
+    return log.useless(outcome.error());
   if (!outcome) return log.broken_off(outcome.error());
   SYMRIG_CHECK(log.finished());
   return outcome;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/sparse_column.hpp"
+#include "acquisition/light/light_check.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/base/stopwatch.hpp"
 
+#include <algorithm>
 #include <string>
 
 namespace symrig::acquisition {
@@ -32,6 +34,8 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
       photographer.take_each("brute force", patterns, [&](std::size_t k, TreePhotograph& photograph) {
         columns[k] = significant_column(photograph, everything, probe.channels());
       }));
+  const bool dark = std::ranges::all_of(columns, [](const SparseColumn& one) { return one.pixels.empty(); });
+  if (dark && !options.unchecked) return no_light(columns.size()).error();
   TensorBuilder builder(tree, tree, probe.channels());
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const auto begin = static_cast<std::int32_t>(k);
