@@ -19,6 +19,7 @@ FAULTS = {
     "early": "each photograph shows the pattern after, from VALUE on, in one batch",
     "doubled": "photograph VALUE comes twice, all later ones are one late",
     "once": "photograph VALUE alone shows the pattern before",
+    "blended": "each photograph has VALUE of the light of the pattern before",
     "lost": "the light of photograph VALUE is lost: black",
     "frozen": "the camera answers its first photograph for ever",
     "mirrored": "left and right are exchanged in the photographs",
@@ -93,6 +94,8 @@ def shown(pattern):
     late = fault == "late" or (fault == "doubled" and count >= number) or (fault == "once" and count == number)
     if late:
         pattern = shown_before
+    if fault == "blended":
+        pattern = (1 - number) * pattern + number * shown_before
     if fault in ("dark", "capped", "room") or (fault == "lost" and count == number):
         pattern = 0 * pattern
     if fault in ("inverted", "inverted_black"):

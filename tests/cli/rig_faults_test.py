@@ -56,6 +56,17 @@ TABLE = {
     "cut_black": (RIGHT, RIGHT),
     "drift=0.02": (RIGHT, RIGHT),
     "flicker=0.003": (RIGHT, RIGHT),
+    "flicker=0.05": (RIGHT, RIGHT),
+    "drift=0.05": (RIGHT, RIGHT),
+    "once=30": ("late or twice", None),
+    "doubled=30": ("late or twice", None),
+    "lost=25": ("frame without light", None),
+    "moves=3": ("has moved", None),
+    "black_level=0.002": ("black level", None),
+    "black_level=-0.002": ("black level", None),
+    "blended=0.1": ("not settled", None),
+    "gamma=1.1": ("not linear", None),
+    "sharpened=0.05": ("sharpening", None),
     "mirrored_stated": (RIGHT, RIGHT),
 }
 

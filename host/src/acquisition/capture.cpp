@@ -23,7 +23,10 @@ Result<CaptureResult> run_watched(Probe& probe, CaptureSettings settings, const 
     settings.look_aside = [&probe](std::span<const Pattern> patterns) { return probe.measure(patterns); };
   acquisition::LightWitness witness(probe, settings.look_aside);
   SYMRIG_TRY(CaptureResult result, algorithm.run(witness, settings));
-  if (result.undetermined) SYMRIG_CHECK(witness.look_again());
+  constexpr std::int64_t kLooks = acquisition::LightWitness::kLooksAgain;
+  const bool spare = settings.max_seconds == 0 &&
+                     (settings.max_patterns == 0 || result.patterns + kLooks <= settings.max_patterns);
+  if (result.undetermined && spare) SYMRIG_CHECK(witness.look_again());
   return result;
 }
 

@@ -73,7 +73,7 @@ TEST(LightCheck, one_late_photograph_of_many_is_proven) {
                  std::swap(before, photograph.mean);
                  if (++taken != 30) photograph.mean = before;
                }),
-               "photograph 30 shows the pattern of the one before");
+               "photograph 30 is the same as the one before");
 }
 
 }  // namespace

@@ -145,6 +145,12 @@ LeftOver::LeftOver(const LightSeries& series) : series_(series) {
   if (!(flood.value > 0)) return;
   share_ = (half.value + other.value - flood.value) / flood.value;
   sigma_ = std::hypot(half.sigma, other.sigma, flood.sigma) / flood.value;
+  double squares = 0;
+  for (std::size_t at = 0; at < series.valid().size(); ++at)
+    if (series.valid()[at] != 0)
+      squares +=
+          static_cast<double>(series[LightSeries::kFlood].mean[at]) * series[LightSeries::kFlood].mean[at];
+  if (squares > 0) noise_ = std::pow(sigma_ * flood.value, 2) / squares;
 }
 
 /// Σ (H^g + H'^g − F^g) / Σ F^g
@@ -162,7 +168,7 @@ double LeftOver::raised(double exponent) const {
   return all > 0 ? over / all : 0;
 }
 
-/// The rms of the same, pixel by pixel, over that of the light.
+/// The rms of the same, pixel by pixel, over that of the light, less noise.
 double LeftOver::rms(double exponent) const {
   double over = 0, all = 0;
   const auto power = [&](std::size_t k, std::size_t at) {
@@ -175,7 +181,7 @@ double LeftOver::rms(double exponent) const {
     over += left * left;
     all += flood * flood;
   }
-  return all > 0 ? std::sqrt(over / all) : 0;
+  return all > 0 ? std::sqrt(std::max(0.0, over / all - noise_)) : 0;
 }
 
 std::optional<double> LeftOver::exponent() const {

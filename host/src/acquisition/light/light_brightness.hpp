@@ -24,7 +24,7 @@ class LeftOver {
   double rms(double exponent) const;
 
   const LightSeries& series_;
-  double share_ = 0, sigma_ = 0;
+  double share_ = 0, sigma_ = 0, noise_ = 0;
 };
 
 /// Light that does not add up, or that is more than all light: automatic exposure, light of other sources, a

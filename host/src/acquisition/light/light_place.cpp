@@ -60,6 +60,16 @@ std::optional<LightFault> find_dark_half(const LightSeries& series) {
   return std::nullopt;
 }
 
+/// Light of unlit pixels over their direct light, by whether the pattern before lit them.
+struct Afterglow {
+  double count = 0, sum = 0, squares = 0;
+  void add(double share) { count += 1, sum += share, squares += share * share; }
+  double mean() const { return count > 0 ? sum / count : 0; }
+  double variance() const {
+    return count > 1 ? std::max(0.0, squares / count - mean() * mean()) / (count - 1) : 0;
+  }
+};
+
 struct Shift {
   int row = 0, col = 0;
   double correlation = 0;
@@ -131,6 +141,31 @@ std::optional<LightFault> find_missing_light(const LightSeries& series, const Li
     return dark_photograph(series, k, own.share);
   }
   return std::nullopt;
+}
+
+std::optional<LightFault> find_afterglow(const LightSeries& series, const LightMatch& match) {
+  constexpr double kSureOfGlow = 8, kLeastGlow = 0.01, kLeastDirect = 0.2, kFewest = 12;
+  if (!match.follows()) return std::nullopt;
+  const double least =
+      kLeastDirect * series.sum(LightSeries::kFlood).value / static_cast<double>(series.pixels());
+  Afterglow before, neither;
+  // The sparse patterns and what follows: hardly any light is elsewhere.
+  for (const std::size_t k : {LightSeries::kOtherSparse, LightSeries::kBar})
+    for (std::size_t at = 0; at < series.valid().size(); ++at) {
+      const double own = direct(series, at);
+      if (series.valid()[at] == 0 || series[k].lit[at] != 0 || own < least) continue;
+      (series[k - 1].lit[at] != 0 ? before : neither).add(static_cast<double>(series[k].mean[at]) / own);
+    }
+  const double glow = before.mean() - neither.mean();
+  if (std::min(before.count, neither.count) < kFewest || glow < kLeastGlow ||
+      glow < kSureOfGlow * std::sqrt(before.variance() + neither.variance()))
+    return std::nullopt;
+  return LightFault{
+      fmt::format("each photograph has {} of the light of the pattern before it", percent_of_light(glow)),
+      {{"the projector's picture is not settled, or the exposure begins before the pattern or ends after "
+        "it",
+        "wait longer between pattern and exposure (settle)"},
+       {"a camera that mixes photographs (noise reduction over time)", ""}}};
 }
 
 std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch& match) {

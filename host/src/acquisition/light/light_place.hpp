@@ -12,6 +12,9 @@ namespace symrig::acquisition {
 /// Photographs that lack the direct light of their own pattern: they show another pattern, or nothing.
 std::optional<LightFault> find_missing_light(const LightSeries& series, const LightMatch& match);
 
+/// Photographs that hold some light of the pattern before.
+std::optional<LightFault> find_afterglow(const LightSeries& series, const LightMatch& match);
+
 /// Light that lies beside the pixels that are lit: a camera that looks elsewhere.
 std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch& match);
 

@@ -13,7 +13,7 @@ namespace symrig::acquisition {
 namespace {
 
 /// Direct light that a photograph lacks, and that it has.
-constexpr double kLacksLight = 0.5, kHasLight = 0.75;
+constexpr double kLacksLight = 0.5, kHasLight = 0.75, kDarkLight = 0.3;
 /// A scene that deceives the witness so often is not asked about again.
 constexpr int kMostInVain = 3;
 
@@ -104,7 +104,7 @@ double LightWitness::answer(const Picture& picture, const Pattern& lit, const Pa
     light += static_cast<double>(picture.light[at]);
     wanted += direct, squares += direct * direct;
   }
-  const bool known = wanted > 0 && wanted > 2 * kLightSigmas * std::sqrt(2 * random_ * squares);
+  const bool known = wanted > 0 && wanted > kLightSigmas * std::sqrt(2 * random_ * squares);
   return known ? std::max(0.0, light / wanted) : kUnknown;
 }
 
@@ -150,17 +150,19 @@ Result<void> LightWitness::prove(const Pattern& pattern, const Picture& picture,
     return {};
   }
   const bool before = repeats || answer(picture, before_pattern_, &pattern) > kHasLight;
+  const bool dark = total(picture.light) < kDarkLight * total(again.light);
   LightFault fault{fmt::format("photograph {} {}; taken again, it shows its own pattern", count_,
                                repeats  ? "is the same as the one before, noise included"
                                : before ? "shows the pattern of the one before"
-                                        : "lacks the light of its pattern"),
+                               : dark   ? "is dark"
+                                        : "shows another pattern"),
                    {}};
   const std::string next =
       "empty the camera's queue before each pattern, and tie each photograph to its trigger";
-  if (before)
-    fault.causes = {{"a frame came late or twice", next}};
-  else
-    fault.causes = {{"a frame was lost, or had no light", next}, {"a lamp that flickers", ""}};
+  if (!dark) fault.causes.push_back({"a frame came late or twice", next});
+  if (!before)
+    fault.causes.push_back({dark ? "a frame without light, or one that was lost" : "a frame was lost", next});
+  if (dark) fault.causes.push_back({"a lamp that flickers", ""});
   return fault.error();
 }
 
@@ -181,18 +183,34 @@ Result<void> LightWitness::check_place(const Picture& first, const Picture& agai
 }
 
 Result<void> LightWitness::look_again() {
-  constexpr double kMuch = 0.1;
+  constexpr double kMuch = 0.03, kLeast = 5e-4;
   if (!look_ || count_ < 2 || half_.light.empty()) return {};
-  std::vector<Pattern> patterns{half_pattern_, Pattern(grid(), 1, 1.0F)};
+  const Pattern white(grid(), 1, 1.0F);
+  const std::vector<Pattern> patterns{half_pattern_, white, Pattern(grid()), white, white};
   SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
   if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
-  const Picture half = picture_of(taken[0]), flood = picture_of(taken[1]);
+  const Picture half = picture_of(taken[0]), black = picture_of(taken[2]);
   SYMRIG_CHECK(check_place(half_, half, "the photograph of a random half"));
-  const double level = total(flood.light) / total(flood_.light);
-  if (std::abs(level - 1) > kMuch)
+  const double dark = total(black.light), noise = std::sqrt(total(black.variance));
+  if (std::abs(dark) > std::max(kLightSigmas * noise, kLeast * total(flood_.light)))
     return LightFault{
-        fmt::format("the flood-lit photograph, taken again, has {:.3g} times the light that it had", level),
-        {{"a lamp whose light changes", "let it warm up, or use a steady lamp"},
+        fmt::format("with the projector black, the camera sees {:.2g} % of the light that it sees with all "
+                    "pixels lit",
+                    100 * dark / total(flood_.light)),
+        {{dark > 0 ? "light of other sources, or a black level that is not subtracted"
+                   : "a black level that is subtracted, and too high",
+          "cover the rig, and subtract a photograph of the dark projector"}}}
+        .error();
+  double least = total(flood_.light), most = least;
+  for (const std::size_t k : {1U, 3U, 4U}) {
+    least = std::min(least, total(picture_of(taken[k]).light));
+    most = std::max(most, total(picture_of(taken[k]).light));
+  }
+  if (most - least > std::max(kMuch * most, kLightSigmas * std::sqrt(total(flood_.variance))))
+    return LightFault{
+        fmt::format("photographs of all pixels lit, one at the beginning and three now, differ by {}",
+                    percent_of_light(1 - least / most)),
+        {{"a lamp that flickers or drifts", "use a steady lamp, and let it warm up"},
          {"automatic exposure of the camera", "fix exposure and gain"}}}
         .error();
   return {};

@@ -41,9 +41,12 @@ class LightWitness final : public Probe {
     return seen(patterns, inner_.measure_expected(patterns, expected));
   }
 
-  /// After a search that has found nothing to rely on: takes the flood-lit photograph and that of the first
-  /// half again, and compares. fails: wrong_light (the rig has changed since the capture began); as look.
+  /// After a search that has found nothing to rely on: takes the flood-lit photograph three times and that
+  /// of the first half again, and one of black.
+  /// cost: kLooksAgain photographs.
+  /// fails: wrong_light (the rig has changed since the capture began, or black is not black); as look.
   Result<void> look_again();
+  static constexpr std::int64_t kLooksAgain = 5;
 
  private:
   /// All channels added.

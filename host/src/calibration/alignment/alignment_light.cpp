@@ -79,7 +79,7 @@ std::optional<LightFault> find_dark(const CodeLight& light) {
   return LightFault{"all photographs are dark: white gives no light above the noise",
                     {{"a cap on the lens or a closed iris", "let light reach the camera"},
                      {"a lamp or a projector that is off", ""},
-                     {"a camera that looks at something that is not lit, or black", ""}}};
+                     {"a scene that is black", ""}}};
 }
 
 std::optional<LightFault> find_alike(const CodeLight& light) {
@@ -103,7 +103,8 @@ std::optional<LightFault> find_alike(const CodeLight& light) {
         {"the projector's light does not reach the camera, and other light does (the lamp is off, the "
          "room is lit)",
          "switch the lamp on, and cover the rig"},
-        {"the projector does not change its picture", ""}};
+        {"the projector does not change its picture", ""},
+        {"a camera that looks at something that is not lit", ""}};
   return fault;
 }
 
@@ -163,7 +164,10 @@ std::optional<Error> wrong_light_of(const CoarseCode& code, std::span<const Radi
   constexpr std::int64_t kFewestPixels = 16;  // fewer tell nothing
   const CodeLight light(code, photographs, channel);
   if (light.pixels() < kFewestPixels) return std::nullopt;
-  for (const auto find : {find_dark, find_alike, find_black_brighter, find_automatic})
+  // A camera that has pixels of its own, and sees nothing, may be aimed elsewhere: that is for the screws.
+  const bool aimed = photographs.front().mean.grid() == code.cells();
+  if (const auto dark = find_dark(light)) return aimed ? std::optional(dark->error()) : std::nullopt;
+  for (const auto find : {find_alike, find_black_brighter, find_automatic})
     if (const auto fault = find(light)) return fault->error();
   if (light.white() <= kLightSigmas * light.noise()) return std::nullopt;
   if (const auto fault = find_same_bit(light)) return fault->error();
