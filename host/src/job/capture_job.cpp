@@ -11,10 +11,13 @@
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -44,9 +47,34 @@ Result<void> check_symmetric(const OpenedRig& rig, Algorithm algorithm) {
   return error;
 }
 
+/// How much photographs of the same pattern differ beyond their noise, as a share of their light.
+Result<double> flicker_of(Probe& rig) {
+  const std::vector<Pattern> white(4, Pattern(rig.grid(), 1, 1.0F));
+  SYMRIG_TRY(const std::vector<Radiance> seen, rig.measure(white));
+  if (seen.empty()) return 0;
+  std::vector<double> light;
+  double variance = 0;
+  for (const Radiance& one : seen)
+    light.push_back(std::accumulate(one.mean.values().begin(), one.mean.values().end(), 0.0));
+  for (const float v : seen.front().variance.values()) variance += static_cast<double>(v);
+  const auto [least, most] = std::ranges::minmax(light);
+  constexpr double kSigmas = 6;
+  return most > 0 ? std::max(0.0, most - least - kSigmas * std::sqrt(variance)) / most : 0;
+}
+
+/// Eight photographs are compared: a lamp that flickers looks like light that goes one way.
 Result<void> check_axis(Probe& rig) {
   Result<void> checked = require_coaxial(rig);
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
+  constexpr double kFlickers = 0.01;
+  SYMRIG_TRY(const double flicker, flicker_of(rig));
+  if (flicker > kFlickers)
+    return Error{
+        ErrorCode::wrong_light,
+        fmt::format("the axis cannot be checked: photographs of the same pattern differ by {:.2g} %; cause: "
+                    "a lamp that flickers",
+                    100 * flicker),
+        "expose for whole periods of the lamp, or use a steady lamp"};
   Error error = checked.error();
   error.hint += ", or capture without check_axis";
   return error;

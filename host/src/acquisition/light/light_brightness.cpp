@@ -212,6 +212,10 @@ Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& serie
                      std::abs(aside.black) > std::max(kLittle / 3, kLightSigmas * aside.black_sigma) &&
                      std::abs(aside.black) > 0.3 * std::abs(over.share());
   if (other) fault.causes.push_back(other_light(aside.black));
+  // Where nothing can be asked, light of other sources looks much like a curve.
+  if (!aside.known)
+    fault.causes.push_back({"light of other sources, or a wrong black level",
+                            "cover the rig, and subtract a photograph of the dark projector"});
   const bool flickers = aside.known && aside.scatter > std::max(kLittle, 0.3 * std::abs(over.share()));
   if (flickers) fault.causes.push_back(flickering(aside.scatter));
   const double at_most = largest_share(series);

@@ -158,7 +158,7 @@ struct Beside {
 
 /// Light beside lit pixels that is below that farther away. Light only adds to what is there.
 Found find_sharpening(const LightSeries& series) {
-  constexpr double kSure = 8, kShare = 2e-3, kFewest = 16;
+  constexpr double kSure = 6, kShare = 2e-3, kFewest = 16;
   const Grid grid = series.grid();
   Beside near, far, lit;
   for (const std::size_t k : {LightSeries::kSparse, LightSeries::kOtherSparse}) {

@@ -131,11 +131,12 @@ Result<void> LightWitness::see(const Pattern& pattern, const Radiance& photograp
   return {};
 }
 
-/// Takes the photograph again.
+/// Takes the photograph again, twice: a camera that is one late shows the pattern only then.
 Result<void> LightWitness::prove(const Pattern& pattern, const Picture& picture, bool repeats) {
-  SYMRIG_TRY(const std::vector<Radiance> taken, look_(std::span(&pattern, 1)));
-  if (taken.size() != 1) return {};
-  const Picture again = picture_of(taken.front());
+  const std::vector<Pattern> twice{pattern, pattern};
+  SYMRIG_TRY(const std::vector<Radiance> taken, look_(twice));
+  if (taken.size() != twice.size()) return {};
+  const Picture again = picture_of(taken.back());
   double squares = 0, noise = 0, light = 0;
   for (std::size_t at = 0; at < picture.light.size(); ++at) {
     const double change = static_cast<double>(again.light[at]) - static_cast<double>(picture.light[at]);
@@ -182,14 +183,30 @@ Result<void> LightWitness::check_place(const Picture& first, const Picture& agai
       .error();
 }
 
+/// The rms difference of two pictures, over the rms of the second.
+double LightWitness::apart(const Picture& a, const Picture& b) {
+  double squares = 0, all = 0;
+  for (std::size_t at = 0; at < a.light.size(); ++at) {
+    const double light = b.light[at], off = static_cast<double>(a.light[at]) - light;
+    squares += off * off, all += light * light;
+  }
+  return all > 0 ? std::sqrt(squares / all) : HUGE_VAL;
+}
+
 Result<void> LightWitness::look_again() {
-  constexpr double kMuch = 0.03, kLeast = 5e-4;
+  constexpr double kMuch = 0.03, kLeast = 5e-4, kSame = 0.2;
   if (!look_ || count_ < 2 || half_.light.empty()) return {};
   const Pattern white(grid(), 1, 1.0F);
   const std::vector<Pattern> patterns{half_pattern_, white, Pattern(grid()), white, white};
   SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
   if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
   const Picture half = picture_of(taken[0]), black = picture_of(taken[2]);
+  if (apart(picture_of(taken[1]), half_) < kSame && apart(black, flood_) < kSame)
+    return LightFault{
+        "of the first patterns, shown again, each photograph shows the pattern before it",
+        {{"a frame came late or twice during the capture",
+          "empty the camera's queue before each pattern, and tie each photograph to its trigger"}}}
+        .error();
   SYMRIG_CHECK(check_place(half_, half, "the photograph of a random half"));
   const double dark = total(black.light), noise = std::sqrt(total(black.variance));
   if (std::abs(dark) > std::max(kLightSigmas * noise, kLeast * total(flood_.light)))

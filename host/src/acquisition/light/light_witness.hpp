@@ -53,6 +53,7 @@ class LightWitness final : public Probe {
   struct Picture {
     std::vector<float> light, variance;
   };
+  static double apart(const Picture& a, const Picture& b);
   static Picture picture_of(const Radiance& photograph);
   Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
                                      Result<std::vector<Radiance>> photographs);
