@@ -41,11 +41,15 @@ class Aligning {
 
   /// fails: as the rig; interrupted; io.
   Result<void> run() {
+    Result<void> light;
     for (int good = 0; !ended_ && good < kGoodUpdates;) {
-      SYMRIG_CHECK(update());
-      good = all_good(last_->findings) && arguments_.updates == 0 ? good + 1 : 0;
-      if (last_->count == arguments_.updates) break;
+      light = update();
+      if (!light && (light.error().code != ErrorCode::wrong_light || count_ == arguments_.updates)) break;
+      if (!light) SYMRIG_CHECK(say(light.error()));
+      good = light && all_good(last_->findings) && arguments_.updates == 0 ? good + 1 : 0;
+      if (count_ == arguments_.updates) break;
     }
+    SYMRIG_CHECK(light);
     SYMRIG_CHECK(write_json());
     return ended_ ? Result<void>() : good_enough();
   }
@@ -54,12 +58,11 @@ class Aligning {
   Result<void> update() {
     if (interrupted())
       return Error{ErrorCode::interrupted, "stopped before the rig was good enough", "run it again"};
+    ++count_;
     SYMRIG_TRY(Alignment alignment, measure_alignment(rig_));
     std::optional<AlignmentUpdate> before = std::move(last_);
     auto findings = judge(alignment);
-    last_ = {rig_.describe(),     before ? before->count + 1 : 1,
-             watch_.seconds(),    std::move(alignment),
-             std::move(findings), cell_};
+    last_ = {rig_.describe(), count_, watch_.seconds(), std::move(alignment), std::move(findings), cell_};
     press_keys();
     return show(before ? &*before : nullptr);
   }
@@ -70,6 +73,14 @@ class Aligning {
     if (missed.empty()) return {};
     return Error{ErrorCode::limit, "the rig is not good enough for a capture: " + missed,
                  "move what the lines above say"};
+  }
+
+  /// A cap on the lens, or a hand in the light, ends nothing: the next update may see the stripes.
+  Result<void> say(const Error& error) {
+    press_keys();
+    if (arguments_.json == "-") return {};
+    if (page_) SYMRIG_CHECK(write_standard_output("\033[H\033[J"));
+    return print(fmt::format("update {}: {}\n{}", count_, error.line(), page_ ? kKeys : ""));
   }
 
   void press_keys() {
@@ -100,6 +111,7 @@ class Aligning {
   bool page_, draws_ = false, ended_ = false;
   Keyboard keyboard_;
   Stopwatch watch_;
+  std::int64_t count_ = 0;  // of updates
   std::optional<AlignmentUpdate> last_;
   std::string lines_;  // of JSON
 };

@@ -40,7 +40,7 @@ struct CaptureArguments {
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
-  bool dual_subtract = false, check_axis = false, watch = false;
+  bool dual_subtract = false, check_axis = false, unchecked = false, watch = false;
   std::optional<int> port;
   LogOptions log;
 };
@@ -91,7 +91,8 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
                         .dual_subtracts = arguments.dual_subtract,
                         .max_patterns = arguments.max_patterns.value_or(0),
                         .max_seconds = arguments.max_seconds.value_or(0),
-                        .target_error = arguments.target_error.value_or(0)};
+                        .target_error = arguments.target_error.value_or(0),
+                        .unchecked = arguments.unchecked};
 }
 
 /// Compares the photographs with brute force, unless undetermined_text does.
@@ -316,6 +317,8 @@ Job add_capture(CLI::App& command) {
               split_order_names());
   command.add_flag("--check-axis", arguments->check_axis,
                    "First check with 8 photographs that camera and projector pixels coincide");
+  command.add_flag("--unchecked", arguments->unchecked,
+                   "Go on where the first photographs contradict their patterns; the result may be wrong");
   command
       .add_option("--polish", arguments->polish,
                   "Most steps of a final refit of all transport to all photographs; 0: none (default: by the "

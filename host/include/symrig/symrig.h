@@ -38,6 +38,7 @@ enum symrig_code {
   SYMRIG_PROTOCOL = 202,
   SYMRIG_TIMEOUT = 203,
   SYMRIG_FRAME_MISSING = 204,
+  SYMRIG_WRONG_LIGHT = 205,
   SYMRIG_NOT_FOUND = 300,
   SYMRIG_IO = 301,
   SYMRIG_BAD_FORMAT = 302,
@@ -265,6 +266,7 @@ typedef int (*symrig_on_capture)(const symrig_capture_progress* progress, void* 
  *   dual_threshold=X      of the algorithm dual
  *   dual_subtracts=on     of the algorithm dual
  *   check_axis=on         first check with 8 photographs that camera and projector pixels coincide
+ *   unchecked=on          do not ask whether the first photographs contradict their patterns
  *   log=off               keep no log
  *   resume=on             continue an interrupted capture from its log, if there is one
  *   keep_log=on           do not delete the log at the end

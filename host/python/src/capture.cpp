@@ -48,7 +48,8 @@ CaptureOptions options_of(const py::dict& options) {
           .dual_subtracts = flag(options, "dual_subtracts"),
           .max_patterns = budgets.max_patterns.value_or(0),
           .max_seconds = budgets.max_seconds.value_or(0),
-          .target_error = budgets.target_error.value_or(0)};
+          .target_error = budgets.target_error.value_or(0),
+          .unchecked = flag(options, "unchecked")};
 }
 
 Made made_in_python() {

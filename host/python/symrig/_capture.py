@@ -131,6 +131,7 @@ def capture(
     dual_threshold: Optional[float] = None,
     dual_subtracts: bool = False,
     check_axis: bool = False,
+    unchecked: bool = False,
     registration: Union[str, "os.PathLike[str]"] = "",
     log: bool = True,
     resume: bool = False,
@@ -154,6 +155,7 @@ def capture(
         split: order of several views: "flat", "views-first", "views-last", "all-at-once", "compensated".
         dual_threshold, dual_subtracts: of the algorithm "dual".
         check_axis: first check with 8 photographs that camera and projector pixels coincide.
+        unchecked: do not ask whether the first photographs contradict their patterns.
         registration: as for open_rig(), if rig is a name.
         log: keep the photographs in OUTPUT.log until OUTPUT is complete.
         resume: continue an interrupted capture from its log, if there is one.
@@ -187,6 +189,7 @@ def capture(
         dual_threshold=dual_threshold,
         dual_subtracts=dual_subtracts,
         check_axis=check_axis,
+        unchecked=unchecked,
         log=log,
         resume=resume,
         keep_log=keep_log,

@@ -144,8 +144,11 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options) {
                            .max_seconds = options.max_seconds,
                            .target_error = options.target_error,
                            .keeps_tolerance = options.tolerance || options.rule,
+                           .unchecked = options.unchecked,
                            .log = options.log,
                            .work = Work(options.progress),
+                           .look_aside = options.look_aside,
+                           .before_search = options.before_search,
                            .foretell = options.foretell,
                            .watch = options.watch};
   if (options.tolerance) settings.rule.flood_fraction = settings.rule.empty_fraction = *options.tolerance;

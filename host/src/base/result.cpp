@@ -19,6 +19,8 @@ std::string_view name(ErrorCode code) {
       return "timeout";
     case ErrorCode::frame_missing:
       return "frame_missing";
+    case ErrorCode::wrong_light:
+      return "wrong_light";
     case ErrorCode::not_found:
       return "not_found";
     case ErrorCode::io:

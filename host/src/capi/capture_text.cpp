@@ -100,6 +100,7 @@ constexpr std::array kCaptureKeys{
     CaptureKey{"dual_threshold", kNumber<&CaptureOptions::dual_threshold>},
     CaptureKey{"dual_subtracts", kSwitch<&CaptureOptions::dual_subtracts>},
     CaptureKey{"check_axis", kSwitch<&CaptureJob::check_axis>},
+    CaptureKey{"unchecked", kSwitch<&CaptureOptions::unchecked>},
     CaptureKey{"log", &take_log},
     CaptureKey{"resume", kSwitch<&LogOptions::resume>},
     CaptureKey{"keep_log", kSwitch<&LogOptions::keep>}};

@@ -11,11 +11,14 @@
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -45,9 +48,34 @@ Result<void> check_symmetric(const OpenedRig& rig, Algorithm algorithm) {
   return error;
 }
 
+/// How much photographs of the same pattern differ beyond their noise, as a share of their light.
+Result<double> flicker_of(Probe& rig) {
+  const std::vector<Pattern> white(4, Pattern(rig.grid(), 1, 1.0F));
+  SYMRIG_TRY(const std::vector<Radiance> seen, rig.measure(white));
+  if (seen.empty()) return 0;
+  std::vector<double> light;
+  double variance = 0;
+  for (const Radiance& one : seen)
+    light.push_back(std::accumulate(one.mean.values().begin(), one.mean.values().end(), 0.0));
+  for (const float v : seen.front().variance.values()) variance += static_cast<double>(v);
+  const auto [least, most] = std::ranges::minmax(light);
+  constexpr double kSigmas = 6;
+  return most > 0 ? std::max(0.0, most - least - kSigmas * std::sqrt(variance)) / most : 0;
+}
+
+/// Eight photographs are compared: a lamp that flickers looks like light that goes one way.
 Result<void> check_axis(Probe& rig, const Progress& progress) {
   Result<void> checked = require_coaxial(rig, {.progress = progress});
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
+  constexpr double kFlickers = 0.01;
+  SYMRIG_TRY(const double flicker, flicker_of(rig));
+  if (flicker > kFlickers)
+    return Error{
+        ErrorCode::wrong_light,
+        fmt::format("the axis cannot be checked: photographs of the same pattern differ by {:.2g} %; cause: "
+                    "a lamp that flickers",
+                    100 * flicker),
+        "expose for whole periods of the lamp, or use a steady lamp"};
   Error error = checked.error();
   error.hint += ", or capture without check_axis";
   return error;
@@ -66,6 +94,11 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
   Probe& probe = watched ? static_cast<Probe&>(*watched) : measuring;
   CaptureOptions options = job.options;
   options.log = log;
+  // Of a capture that goes on, the rig may have been repaired since.
+  options.look_aside = [&](std::span<const Pattern> patterns) -> Result<std::vector<Radiance>> {
+    if (logged && logged->replayed() > 0) return std::vector<Radiance>();
+    return rig.measure(patterns);
+  };
   SYMRIG_TRY(CaptureResult result, capture(probe, options));
   if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());
   CaptureSummary summary{.scene = rig.describe(),
@@ -179,15 +212,25 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
+  CaptureJob checked = job;
+  bool misaligned = false;
   if (job.check_axis && !CaptureLog::goes_on(job.output, keeping))
-    SYMRIG_CHECK(check_axis(*rig.probe, job.options.progress));
+    checked.options.before_search = [&]() -> Result<void> {
+      Result<void> found = check_axis(*rig.probe, job.options.progress);
+      misaligned = !found;
+      return found;
+    };
   const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
   if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
   // Nobody asked for the usual memory, so it is no reason to refuse.
   const std::int64_t memory = job.memory > 0 ? job.memory : std::max(usual_memory(), least);
   const MemoryScope scope({memory, least, scratch_folder(job)});
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
-  Result<CaptureOutcome> outcome = guarded([&] { return measure_and_save(job, settings, rig, log.log()); });
+  Result<CaptureOutcome> outcome =
+      guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
+  // Photographs of a rig that must be changed are of no use later.
+  if (!outcome && (misaligned || outcome.error().code == ErrorCode::wrong_light))
+    return log.useless(outcome.error());
   if (!outcome) return log.broken_off(outcome.error());
   SYMRIG_CHECK(log.finished());
   return outcome;

@@ -87,6 +87,13 @@ Error CaptureLog::broken_off(Error error) {
   return error;
 }
 
+Error CaptureLog::useless(Error error) {
+  if (!log_ || keep_) return error;
+  std::error_code ignored;
+  if (still_there()) fs::remove(path_, ignored);
+  return error;
+}
+
 Result<void> CaptureLog::finished() {
   if (!log_ || keep_ || !still_there()) return {};
   std::error_code failed;

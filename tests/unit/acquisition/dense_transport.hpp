@@ -72,7 +72,9 @@ inline Outcome run(const DenseTransport& scene, const CaptureOptions& options = 
   DenseProbe probe(scene, sigma);
   auto result = capture(probe, options);
   EXPECT_TRUE(result.ok()) << result.error().line();
-  EXPECT_EQ(result->patterns, probe.cost().photographs);
+  // Five photographs aside, where no budget is in the way.
+  const bool looked = result->undetermined && options.max_patterns == 0 && options.max_seconds == 0;
+  EXPECT_EQ(result->patterns + (looked ? 5 : 0), probe.cost().photographs);
   const double error = evaluate(result->tensor, scene.truth())->frobenius;
   return {*std::move(result), error};
 }

@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,11 +86,19 @@ struct CaptureOptions {
   /// `tolerance` and `rule`, the tolerance is the coarsest that is expected to reach it, at least the
   /// algorithm's own. If it does not, a finer search follows.
   double target_error = 0;
+  /// Do not ask whether the first photographs contradict their patterns (ErrorCode::wrong_light).
+  bool unchecked = false;
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
   /// May be empty. Asked after each photograph, or the few that a rig takes together, and after each step of
   /// computing work (Work::kStep), until the tensor is complete.
   Progress progress = {};
+  /// Takes photographs that are no part of the capture, to find out what is wrong; empty: as the probe, if
+  /// `log` is nullptr, else not at all.
+  std::function<Result<std::vector<Radiance>>(std::span<const Pattern>)> look_aside = {};
+  /// Called by the thread that captures before its search, once the first photographs are taken and judged;
+  /// may be empty. An error ends the capture.
+  std::function<Result<void>()> before_search = {};
   /// Called by the thread that captures, once the flood-lit and the held-out photographs are taken; may be
   /// empty. A target that needs another search has another forecast. Only algorithms with held-out
   /// photographs call it.
@@ -113,8 +122,11 @@ struct CaptureSettings {
   double max_seconds = 0;         ///< 0: no limit
   double target_error = 0;        ///< 0: none
   bool keeps_tolerance = false;   ///< the user has given one: a target chooses no other
+  bool unchecked = false;
   PhotographLog* log = nullptr;
   Work work = {};  ///< tells CaptureOptions::progress
+  std::function<Result<std::vector<Radiance>>(std::span<const Pattern>)> look_aside = {};
+  std::function<Result<void>()> before_search = {};
   std::function<void(const CaptureForecast&)> foretell = {};
   std::function<void(const CaptureSnapshot&)> watch = {};
 };
@@ -187,8 +199,10 @@ struct CaptureResult {
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.
+/// The first photographs are judged before the search: they must hold light that follows the patterns
+/// (docs/errors.md, wrong_light). Algorithms without held-out photographs judge the flood-lit one alone.
 /// fails: as settings_of and check_rig, before anything is measured; whatever the probe fails with; bad_value
-/// if every photograph is invalid; limit; interrupted.
+/// if every photograph is invalid; wrong_light; limit; interrupted.
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options);
 
 }  // namespace symrig

@@ -21,6 +21,7 @@ enum class ErrorCode : std::uint16_t {
   protocol = 202,        ///< bytes from the wire break the protocol
   timeout = 203,         ///< an answer or an edge did not come in time
   frame_missing = 204,   ///< fewer frames than exposures
+  wrong_light = 205,     ///< photographs contradict what the projector showed
   // An input error: exit code 4.
   not_found = 300,      ///< a file or folder does not exist
   io = 301,             ///< the operating system refused to read or write

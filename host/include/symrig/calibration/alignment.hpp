@@ -54,7 +54,8 @@ Result<Alignment> find_alignment(Grid cells, std::span<const Radiance> photograp
 
 /// Takes the photographs and finds the alignment. If the camera has a pixel for each cell, pixels on borders
 /// do not tell how far it is shifted; then the axis check does (check_coaxial), with 8 photographs more.
-/// fails: bad_argument (a rig of several views); as find_alignment, check_coaxial and the rig.
+/// fails: bad_argument (a rig of several views); wrong_light (the photographs contradict their patterns, or a
+/// camera with a pixel for each cell is mirrored or turned); as find_alignment, check_coaxial and the rig.
 Result<Alignment> measure_alignment(Probe& rig);
 
 /// Frames of a photograph that are enough to see stripes. A rig that is aligned takes no more, so that it

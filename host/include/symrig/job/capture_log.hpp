@@ -39,6 +39,8 @@ class CaptureLog {
 
   /// After a failed capture: deletes a new log without photographs, or adds to the error how to continue.
   Error broken_off(Error error);
+  /// After a capture whose photographs show a fault of the rig: deletes them, unless LogOptions::keep is set.
+  Error useless(Error error);
   /// After the output is written: deletes the log unless LogOptions::keep is set.
   /// fails: io.
   Result<void> finished();

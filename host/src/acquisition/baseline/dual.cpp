@@ -4,6 +4,7 @@
 // [Garg06 §6.1] calls this "a low-frequency approximation for indirect bounce light transport".
 #include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/sparse_column.hpp"
+#include "acquisition/light/light_check.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/base/stopwatch.hpp"
 
@@ -56,11 +57,14 @@ class Dual {
  private:
   Result<std::vector<Active>> photograph_flood() {
     SparseColumn flood;
+    Result<void> light;
     const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(tree_.grid().size())}}};
     SYMRIG_CHECK(photographer_.take_each("flood-lit", pattern, [&](std::size_t, TreePhotograph& p) {
       set_thresholds(p);
+      if (!options_.unchecked) light = check_light(LightSeries(tree_, p, nullptr), {});
       flood = significant_column(p, PixelSet::all(tree_.grid()), channels_);
     }));
+    SYMRIG_CHECK(light);
     patterns_per_level_.push_back(1);
     std::vector<Active> active;
     keep(0, 0, flood, active);

@@ -245,6 +245,10 @@ Flood FloodNoise::mean_away() {
   return std::move(sum_);
 }
 
+double changed_lamp(const NoiseCheck& check) {
+  return !check.findings.empty() && check.lamp > kGrossLamp ? check.lamp : 0;
+}
+
 double doubted_variance(const NoiseCheck& check) {
   if (check.findings.empty()) return 1;
   constexpr double kEach = 3;  // shared noise is in the tensor too

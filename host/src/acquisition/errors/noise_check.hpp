@@ -74,4 +74,7 @@ class FloodNoise {
 /// By how much estimates should doubt the stated variance: 1 where nothing was found.
 double doubted_variance(const NoiseCheck& check);
 
+/// The change of the lamp, if it is a finding; else 0.
+double changed_lamp(const NoiseCheck& check);
+
 }  // namespace symrig::acquisition

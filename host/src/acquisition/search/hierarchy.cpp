@@ -2,6 +2,7 @@
 // The loop of docs/architecture.md, "The search for T".
 #include "acquisition/algorithms.hpp"
 #include "acquisition/errors/checks.hpp"
+#include "acquisition/light/light_check.hpp"
 #include "acquisition/refine/finishing.hpp"
 #include "acquisition/refine/merging.hpp"
 #include "acquisition/search/assumptions.hpp"
@@ -53,6 +54,7 @@ class Hierarchy {
   void place_root();
   Result<void> begin_forecast();
   Result<void> take_checks();
+  Result<void> judge_light();
   void foretell();
   Result<void> search_and_mend();
   Result<void> search();
@@ -93,7 +95,13 @@ Result<CaptureResult> Hierarchy::run(bool plans_exposures) {
   };
   place_root();
   if (plans_exposures) SYMRIG_CHECK(begin_forecast());
-  SYMRIG_CHECK(take_checks());
+  if (checks_) {  // of a search before this one
+    checks_->forget();
+  } else {
+    SYMRIG_CHECK(take_checks());
+    SYMRIG_CHECK(judge_light());
+    if (options().before_search) SYMRIG_CHECK(options().before_search());
+  }
   foretell();
   show({}, true);
   SYMRIG_CHECK(search_and_mend());
@@ -129,15 +137,23 @@ Result<void> Hierarchy::begin_forecast() {
   return {};
 }
 
+/// A flood-lit photograph without light leaves nothing to search. The checks may say why.
 Result<void> Hierarchy::take_checks() {
-  if (checks_) {
-    checks_->forget();
-    return {};
-  }
-  if (!options().economy.checks || !found_.any_open() || budget_.left() < Checks::kCount) return {};
+  const bool asks = found_.any_open() || !options().unchecked;
+  if (!options().economy.checks || !asks || budget_.left() < Checks::kCount) return {};
   SYMRIG_TRY(checks_, Checks::take(facts_.tree, photographer_));
   found_.patterns_per_level.back() += Checks::kCount;
   return {};
+}
+
+/// Before the search relies on the photographs.
+Result<void> Hierarchy::judge_light() {
+  if (options().unchecked) return {};
+  std::optional<LightSeries> series;
+  SYMRIG_CHECK(photographer_.read(0, 1, [&](std::int64_t, std::span<TreePhotograph> flood) {
+    series.emplace(facts_.tree, flood[0], checks());
+  }));
+  return check_light(*series, options().look_aside);
 }
 
 /// What the capture will take, as far as the checks tell.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/alignment.hpp"
 
+#include "calibration/alignment/alignment_light.hpp"
 #include "calibration/alignment/coarse_edges.hpp"
 #include "calibration/alignment/edge_focus.hpp"
 #include "calibration/registration/perspective_map.hpp"
@@ -258,7 +259,11 @@ Result<Alignment> measure_alignment(Probe& rig) {
   SYMRIG_TRY(const std::vector<Pattern> patterns, alignment_patterns(rig.grid()));
   const std::int64_t before = rig.cost().photographs;
   SYMRIG_TRY(const std::vector<Radiance> photographs, rig.measure(patterns));
+  const int channel = photographs.empty() ? 0 : photographs.front().mean.channels() / 2;
+  if (auto wrong = calibration::wrong_light_of(CoarseCode(rig.grid()), photographs, channel))
+    return *std::move(wrong);
   SYMRIG_TRY(Alignment found, find_alignment(rig.grid(), photographs));
+  if (auto wrong = calibration::wrong_turn_of(found)) return *std::move(wrong);
   if (found.seen && !found.own_pixels()) SYMRIG_CHECK(add_axis_check(rig, found));
   found.photographs = rig.cost().photographs - before;
   return found;

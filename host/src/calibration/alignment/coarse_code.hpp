@@ -18,6 +18,7 @@ class CoarseCode {
   /// The patterns on the cells: one for each bit, then white and black.
   std::vector<Pattern> patterns() const;
   const GrayCode& code() const { return code_; }
+  Grid cells() const { return cells_; }
   Grid blocks() const { return code_.projector(); }
   /// Cells of a block. The last blocks may be smaller.
   Grid block() const { return block_; }

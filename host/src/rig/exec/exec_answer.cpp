@@ -15,8 +15,8 @@
 namespace symrig::rig {
 namespace {
 
-constexpr std::array<std::string_view, 7> kKeys{"version",  "cells", "camera",  "views",
-                                                "channels", "name",  "patience"};
+constexpr std::array<std::string_view, 8> kKeys{"version",  "cells", "camera",   "views",
+                                                "channels", "name",  "patience", "mirror"};
 constexpr std::int64_t kLongestPatience = 86'400;  // seconds
 
 Error wrong(std::string what) {
@@ -68,6 +68,14 @@ Result<std::int64_t> in_range(std::string_view key, std::string_view text, std::
                fmt::format("give a number from 1 to {}", largest)};
 }
 
+Result<Mirrored> parse_mirror(std::string_view text) {
+  if (text == "none") return Mirrored{};
+  if (text == "rows") return Mirrored{.rows = true};
+  if (text == "columns") return Mirrored{.columns = true};
+  if (text == "both") return Mirrored{.rows = true, .columns = true};
+  return wrong(fmt::format("mirror={}, which is not none, rows, columns or both", text));
+}
+
 Result<void> take(ExecShape& shape, std::string_view key, std::string_view value) {
   if (key == "version" && value != "1")
     return wrong(fmt::format("version={}, but this symrig speaks version 1", value));
@@ -86,6 +94,8 @@ Result<void> take(ExecShape& shape, std::string_view key, std::string_view value
   } else if (key == "patience") {
     SYMRIG_TRY(const std::int64_t patience, in_range(key, value, kLongestPatience));
     shape.patience = std::chrono::seconds(patience);
+  } else if (key == "mirror") {
+    SYMRIG_TRY(shape.mirrored, parse_mirror(value));
   }
   return {};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "rig/exec/received_photograph.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/image/view_layout.hpp"
@@ -19,6 +20,7 @@ struct ExecShape {
   int channels = 0;
   std::string name;
   std::optional<Nanoseconds> patience;
+  Mirrored mirrored;  ///< of its photographs against its patterns
 
   /// One photograph: mean and variance as float, valid as byte.
   std::int64_t photograph_bytes() const { return camera.size() * channels * 9; }

@@ -169,6 +169,7 @@ Result<Radiance> ExecProbe::Conversation::receive(std::size_t number, const std:
   if (const auto fault = rig::settle(photograph))
     return Error{ErrorCode::protocol, fmt::format("{}: photograph {} has {}", name_, number, *fault),
                  "mean and variance must be finite, variance not negative; mark unusable pixels by valid 0"};
+  rig::set_right(photograph, shape_.mirrored);
   return photograph;
 }
 
@@ -224,8 +225,13 @@ int ExecProbe::channels() const {
 }
 
 std::string ExecProbe::describe() const {
-  const std::string& name = conversation_->shape().name;
-  return printable_line("exec:" + command_) + (name.empty() ? "" : fmt::format(" ({})", name));
+  const rig::ExecShape& shape = conversation_->shape();
+  const char* const mirror = shape.mirrored.rows && shape.mirrored.columns ? ", rows and columns mirrored"
+                             : shape.mirrored.rows                         ? ", rows mirrored"
+                             : shape.mirrored.columns                      ? ", columns mirrored"
+                                                                           : "";
+  return printable_line("exec:" + command_) + (shape.name.empty() ? "" : fmt::format(" ({})", shape.name)) +
+         mirror;
 }
 
 void ExecProbe::tell(TakenSome taken) {

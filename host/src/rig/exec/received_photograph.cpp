@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exec/received_photograph.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -15,7 +17,27 @@ std::string place(const Image<float>& image, std::size_t at) {
                      raster % image.grid().cols, index / size);
 }
 
+template <class T>
+void reverse(Image<T>& image, Mirrored mirrored) {
+  const auto columns = static_cast<std::size_t>(image.grid().cols);
+  for (int channel = 0; channel < image.channels(); ++channel) {
+    const std::span<T> plane = image.plane(channel);
+    // All pixels backwards exchange the rows and the columns.
+    if (mirrored.rows) std::ranges::reverse(plane);
+    if (mirrored.rows != mirrored.columns)
+      for (std::size_t row = 0; row < plane.size(); row += columns)
+        std::ranges::reverse(plane.subspan(row, columns));
+  }
+}
+
 }  // namespace
+
+void set_right(Radiance& photograph, Mirrored mirrored) {
+  if (!mirrored.rows && !mirrored.columns) return;
+  reverse(photograph.mean, mirrored);
+  reverse(photograph.variance, mirrored);
+  reverse(photograph.valid, mirrored);
+}
 
 std::optional<std::string> settle(Radiance& photograph) {
   const auto mean = photograph.mean.values(), variance = photograph.variance.values();

@@ -12,4 +12,10 @@ namespace symrig::rig {
 /// that is not 0 or 1, NaN, infinity, a negative variance. none: all are good.
 std::optional<std::string> settle(Radiance& photograph);
 
+/// What a camera that looks through a mirror exchanges.
+struct Mirrored {
+  bool rows = false, columns = false;
+};
+void set_right(Radiance& photograph, Mirrored mirrored);
+
 }  // namespace symrig::rig

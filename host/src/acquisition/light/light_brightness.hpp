@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/light/light_check.hpp"
+#include "acquisition/light/light_sums.hpp"
+
+#include <optional>
+
+namespace symrig::acquisition {
+
+/// What the light of two complementary patterns and that of both leave over: H + H' - F.
+class LeftOver {
+ public:
+  explicit LeftOver(const LightSeries& series);
+
+  double share() const { return share_; }  ///< of all light of the flood-lit photograph
+  double sigma() const { return sigma_; }
+  /// The exponent g for which H^g + H'^g - F^g leaves nothing over, if one does so pixel by pixel: the
+  /// camera's values are light to the power of 1 / g.
+  std::optional<double> exponent() const;
+
+ private:
+  double raised(double exponent) const;
+  double rms(double exponent) const;
+
+  const LightSeries& series_;
+  double share_ = 0, sigma_ = 0, noise_ = 0;
+};
+
+/// Light that does not add up, or that is more than all light: automatic exposure, light of other sources, a
+/// wrong black level, a camera that is not linear, a lamp that flickers.
+/// fails: as look.
+Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LookAside& look);
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+
+#include <string>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// A cause that the evidence fits, and what to do.
+struct LightCause {
+  std::string text;
+  std::string next;
+};
+
+/// What contradicts the patterns, and what may be the cause: the likeliest first, at most three.
+struct LightFault {
+  std::string measured;
+  std::vector<LightCause> causes;
+
+  /// wrong_light; the next step is that of the first cause.
+  Error error() const;
+};
+
+/// Sums of light must be this many standard deviations from what is expected: there are a hundred of them.
+inline constexpr double kLightSigmas = 6;
+
+/// "12 %"
+std::string percent_of_light(double share);
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Each fault of a rig, through each command that measures with one: the cause is named, or the result is right.
+
+rig_faults_test.py SYMRIG
+"""
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+SYMRIG = os.path.abspath(sys.argv[1])
+RIG = os.path.join(os.path.dirname(os.path.abspath(__file__)), "faulty_rig.py")
+REFUSED = 3  # exit code of a device
+RIGHT = None  # exit code 0, and the result is as exact as it states
+
+# What the message says of the cause: by `capture` with and without --check-axis, and by `align`.
+TABLE = {
+    "none": (RIGHT, RIGHT),
+    "dark": ("cap on the lens", "cap on the lens"),
+    "capped": ("cap on the lens", "cap on the lens"),
+    "room": ("lamp is off", "lamp is off"),
+    "inverted": ("black for white", "black for white"),
+    "inverted_black": ("black for white", "black for white"),
+    "late": ("1 photograph late", "late or twice"),
+    "doubled=3": ("1 photograph late", "late or twice"),
+    "once=4": ("late or twice", "late or twice"),
+    "once=7": ("late or twice", None),
+    "lost=1": ("frame without light", None),
+    "lost=6": ("frame without light", None),
+    "frozen": ("same photograph again", "same photograph again"),
+    "mirrored": ("mirrored left to right", "mirrored left to right"),
+    "flipped": ("mirrored top to bottom", "mirrored top to bottom"),
+    "turned": ("turned upside down", "turned upside down"),
+    "quarter": ("turned by a quarter", "turned by a quarter"),
+    "transposed": ("transposed", "transposed"),
+    "moved=3": ("not aligned", None),
+    "ambient=0.05": ("light of other sources", None),
+    "ambient_drift=0.05": ("light of other sources", None),
+    "black_level=0.05": ("black level", None),
+    "black_level=-0.02": ("black level", None),
+    "clipped=0.5": ("clips", None),
+    "clipped=0.1": ("clips", None),
+    "gamma=2.2": ("not linear", None),
+    "gamma=0.7": ("not linear", None),
+    "auto_exposure": ("automatic exposure", "automatic exposure"),
+    "flicker=0.2": ("lamp that flickers", None),
+    "sharpened=0.3": ("sharpening", None),
+    "stuck=0.9": ("stuck", None),
+    "stuck_sure=0.9": ("stuck", None),
+    "stuck_row=0.3": ("stuck", None),
+    "dead_row": ("dead row", None),
+    "dead_column": ("dead column", None),
+    "cut_black": (RIGHT, RIGHT),
+    "drift=0.02": (RIGHT, RIGHT),
+    "flicker=0.003": (RIGHT, RIGHT),
+    "drift=0.05": (RIGHT, RIGHT),
+    "once=30": ("late or twice", None),
+    "doubled=30": ("late or twice", None),
+    "lost=25": ("frame without light", None),
+    "moves=3": ("has moved", None),
+    "black_level=0.002": ("black level", None),
+    "black_level=-0.002": ("black level", None),
+    "blended=0.1": ("not settled", None),
+    "gamma=1.1": ("not linear", None),
+    "sharpened=0.05": ("sharpening", None),
+    "mirrored_stated": (RIGHT, RIGHT),
+}
+
+if importlib.util.find_spec("numpy") is None:
+    print("numpy is missing: skipped")
+    sys.exit(77)
+
+failures = []
+
+
+def symrig(*words):
+    done = subprocess.run([SYMRIG, *words], capture_output=True, text=True, timeout=300, check=False)
+    return done.returncode, (done.stdout + done.stderr).strip()
+
+
+def rig(fault):
+    return f"exec:/usr/bin/python3 {RIG} {fault} 1 24x24"
+
+
+def expect(true, what, text):
+    if not true:
+        failures.append(what)
+        print(f"{what}: {text}", flush=True)
+
+
+def expect_cause(what, words, outcome):
+    code, text = outcome
+    expect(code == REFUSED, what, f"exit code {code}: {text}")
+    expect(words in text, what, f"'{words}' is not in: {text}")
+    expect(text.count("; or ") <= 2, what, f"more than three causes: {text}")
+
+
+def expect_right(what, outcome):
+    code, text = outcome
+    expect(code == 0, what, f"exit code {code}: {text}")
+    if code != 0:
+        return
+    code, text = symrig("evaluate", "a.h5", "--rig", rig("none"), "--json", "e.json")
+    expect(code == 0, what, text)
+    with open("a.json") as file:
+        stated = json.load(file)
+    with open("e.json") as file:
+        measured = json.load(file)
+    error, sure = stated["estimated_error"], stated["estimated_error_uncertainty"]
+    for name in ("random", "natural"):
+        most = error["relight"][name] + sure["relight"][name]
+        is_now = measured["error"]["relight"][name] - measured["error_uncertainty"]["relight"][name]
+        expect(is_now <= most, what, f"relight {name}: {is_now} of {most}")
+
+
+def capture(fault, words, *options):
+    what = " ".join(["capture", fault, *options])
+    for name in ("a.h5", "a.h5.log"):
+        if os.path.exists(name):
+            os.remove(name)
+    outcome = symrig("capture", "--rig", rig(fault), "-o", "a.h5", "--json", "a.json", *options)
+    if words is RIGHT:
+        return expect_right(what, outcome)
+    expect_cause(what, words, outcome)
+    expect(not os.path.exists("a.h5") and not os.path.exists("a.h5.log"), what, "a file is left")
+
+
+def align(fault, words):
+    outcome = symrig("align", "--rig", rig(fault), "--updates", "1")
+    if words is RIGHT:
+        return expect(outcome[0] == 0, "align " + fault, outcome[1])
+    expect_cause("align " + fault, words, outcome)
+
+
+with tempfile.TemporaryDirectory() as folder:
+    os.chdir(folder)
+    for fault, (of_capture, of_align) in TABLE.items():
+        capture(fault, of_capture)
+        capture(fault, of_capture, "--check-axis")
+        align(fault, of_align)
+print(f"{3 * len(TABLE)} cells, {len(failures)} failures")
+sys.exit(1 if failures else 0)

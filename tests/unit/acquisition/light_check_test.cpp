@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rigs whose photographs contradict their patterns. tests/cli/rig_faults_test.py has the table of all faults.
+#include "dense_scene.hpp"
+#include "workbench.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace symrig::tests {
+namespace {
+
+constexpr Grid kLit{24, 24};
+constexpr double kLitSigma = 1e-3;
+
+/// The photographs of a good rig, spoiled.
+Result<CaptureResult> capture_spoiled(const std::function<void(Radiance&)>& spoil,
+                                      CaptureOptions options = {}) {
+  const DenseTransport scene = facing_planes(kLit);
+  DenseProbe probe(scene, kLitSigma);
+  probe.spoil = spoil;
+  return capture(probe, options);
+}
+
+void expect_cause(const Result<CaptureResult>& result, const std::string& cause) {
+  ASSERT_FALSE(result.ok()) << "not refused: " << cause;
+  EXPECT_EQ(result.error().code, ErrorCode::wrong_light) << result.error().line();
+  EXPECT_NE(result.error().line().find(cause), std::string::npos) << result.error().line();
+}
+
+void darken(Radiance& photograph) {
+  Gaussian noise(static_cast<std::uint64_t>(photograph.mean.values()[0] * 1e9F) + 1);
+  for (float& v : photograph.mean.values()) v = static_cast<float>(kLitSigma * noise());
+}
+
+TEST(LightCheck, darkness_is_refused_by_every_algorithm) {
+  for (const AlgorithmInfo& one : algorithms())
+    expect_cause(capture_spoiled(darken, {.algorithm = one.algorithm}), "cap on the lens");
+}
+
+TEST(LightCheck, unchecked_captures_darkness) {
+  const auto result = capture_spoiled(darken, {.unchecked = true});
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  EXPECT_EQ(result->patterns, 1);
+}
+
+TEST(LightCheck, a_good_rig_is_asked_for_no_photograph_more) {
+  const DenseTransport scene = facing_planes(kLit);
+  DenseProbe probe(scene, kLitSigma);
+  const auto result = capture(probe, {});
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  EXPECT_EQ(probe.cost().photographs, result->patterns);
+}
+
+TEST(LightCheck, a_mirrored_picture_is_named_unless_transport_is_symmetric_all_the_same) {
+  const auto mirror = [](Radiance& photograph) {
+    for (int row = 0; row < kLit.rows; ++row)
+      std::ranges::reverse(
+          photograph.mean.plane(0).subspan(static_cast<std::size_t>(row * kLit.cols), kLit.cols));
+  };
+  expect_cause(capture_spoiled(mirror), "mirrored left to right");
+  const DenseTransport wall(kLit, [](int i, int j) { return i == j ? 0.5 : 0.0; });
+  DenseProbe probe(wall);
+  probe.spoil = mirror;
+  EXPECT_TRUE(capture(probe, {}).ok());
+}
+
+TEST(LightCheck, one_late_photograph_of_many_is_proven) {
+  Image<float> before(kLit);
+  int taken = 0;
+  expect_cause(capture_spoiled([&](Radiance& photograph) {
+                 std::swap(before, photograph.mean);
+                 if (++taken != 30) photograph.mean = before;
+               }),
+               "photograph 30 is the same as the one before");
+}
+
+}  // namespace
+}  // namespace symrig::tests
