@@ -11,10 +11,11 @@ namespace symrig::calibration {
 namespace {
 
 /// The range of a pixel's values without the extreme ones.
-float range_of(const CodePhotographs& photographs, std::size_t pixel) {
+float range_of(const CodePhotographs& photographs, const std::optional<int>& held_out, std::size_t pixel) {
   std::array<float, 2> low{1e30F, 1e30F}, high{-1e30F, -1e30F};  // the two smallest, the two largest
-  for (const Image<float>& image : photographs.images) {
-    const float v = image.values()[pixel];
+  for (int k = 0; k < photographs.code.photographs(); ++k) {
+    if (k / 2 == held_out) continue;
+    const float v = photographs.image(k).values()[pixel];
     if (v < low[1]) low[1] = v;
     if (low[1] < low[0]) std::swap(low[0], low[1]);
     if (v > high[1]) high[1] = v;
@@ -25,7 +26,7 @@ float range_of(const CodePhotographs& photographs, std::size_t pixel) {
 
 }  // namespace
 
-ClearPixels find_clear_pixels(const CodePhotographs& photographs) {
+ClearPixels find_clear_pixels(const CodePhotographs& photographs, const std::optional<int>& held_out) {
   constexpr std::size_t kMost = 8'000;
   constexpr double kBright = 0.95;
   constexpr float kClear = 0.25F;
@@ -37,7 +38,7 @@ ClearPixels find_clear_pixels(const CodePhotographs& photographs) {
     for (int c = 0; c < grid.cols - ClearPixels::kNext; c += stride) {
       candidates.push_back(static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) +
                            static_cast<std::size_t>(c));
-      ranges.push_back(range_of(photographs, candidates.back()));
+      ranges.push_back(range_of(photographs, held_out, candidates.back()));
     }
   const float least = kClear * quantile(std::vector<float>(ranges), kBright);
   ClearPixels clear;

@@ -4,6 +4,7 @@
 #include "symrig/calibration/gray_code.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace symrig::calibration {
@@ -19,6 +20,7 @@ struct ClearPixels {
 
 /// A pixel's range is that of its values without the largest and the smallest one. Clear: at least a quarter
 /// of the range that one pixel in twenty exceeds.
-ClearPixels find_clear_pixels(const CodePhotographs& photographs);
+/// held_out: a pair that is not used.
+ClearPixels find_clear_pixels(const CodePhotographs& photographs, const std::optional<int>& held_out = {});
 
 }  // namespace symrig::calibration

@@ -154,7 +154,7 @@ Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, cons
   SYMRIG_CHECK(check(options));
   SYMRIG_TRY(auto map, decode(photographs, options.decode));
   SYMRIG_CHECK(require_both_axes(map, "a first-bounce tensor"));
-  if (options.decode.check_sequence) SYMRIG_CHECK(check_light(photographs));
+  if (options.decode.check_sequence) SYMRIG_CHECK(check_light(photographs, options.decode.held_out_pair));
   const BlockTree projector(map.projector);
   const auto surroundings = surroundings_of(projector, near_reaches(options));
   const LightModel model(photographs, options.decode, surroundings);

@@ -116,7 +116,7 @@ std::optional<Pile> pile_at_top(const SequenceLight& light, const std::vector<fl
 /// Pixels that stand at white's top value although the sums of their pairs tell that they differ: white alone
 /// was exposed for longer.
 std::optional<Pile> pile_in_white_alone(const SequenceLight& light, const std::vector<float>& white) {
-  constexpr double kSpread = 0.05, kGaps = 3, kSigmas = 6;  // of the value, of the codes' distance, of noise
+  constexpr double kSpread = 0.02, kGaps = 3, kSigmas = 5;  // of the value, of the codes' distance, of noise
   constexpr double kLow = 0.1, kHigh = 0.9;
   const Pile pile{top_of(white), 0};
   float below = 0;
@@ -130,7 +130,7 @@ std::optional<Pile> pile_in_white_alone(const SequenceLight& light, const std::v
     sums.reserve(light.pairs.size());
     for (const int pair : light.pairs) sums.push_back(light.sum(pair, i));
     excess.push_back(median(sums) - white[k] - light.photographs.black().values()[i]);
-    sigma = std::max(sigma, 2 * light.sigma(i));
+    sigma = std::max(sigma, light.sigma(i));  // noise alone spreads over 3.8 of them
   }
   if (static_cast<double>(excess.size()) <= kMostSaturated * static_cast<double>(white.size())) return {};
   const auto value = static_cast<double>(pile.value), gap = value - static_cast<double>(below);

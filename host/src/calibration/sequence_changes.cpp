@@ -53,14 +53,16 @@ struct Explained {
 
 class Changes {
  public:
-  Changes(const CodePhotographs& photographs, const ClearPixels& clear)
-      : photographs_(photographs), clear_(clear), pairs_(photographs.code.pairs()) {
+  Changes(const CodePhotographs& photographs, const ClearPixels& clear, std::optional<int> held_out)
+      : photographs_(photographs), clear_(clear), pairs_(photographs.code.pairs()), held_out_(held_out) {
+    for (int pair = 0; pair <= pairs_; ++pair)
+      if (pair != held_out) used_.push_back(pair);
     for (const std::size_t i : clear.at) {
       std::vector<float> sums;
-      for (int pair = 0; pair <= pairs_; ++pair) sums.push_back(sum(pair, i));
+      for (const int pair : used_) sums.push_back(sum(pair, i));
       usual_.push_back(median(sums));
     }
-    for (int pair = 0; pair <= pairs_; ++pair)
+    for (const int pair : used_)
       for (std::size_t k = 0; k < usual_.size(); ++k) all_ += std::pow(off(pair, k), 2);
   }
 
@@ -98,7 +100,7 @@ class Changes {
   /// light to tell its own.
   void find_gains() {
     double left = 0;
-    for (int pair = 0; pair <= pairs_; ++pair) {
+    for (const int pair : used_) {
       Line line;
       const bool ends = pair == pairs_;
       for (std::size_t k = 0; k < usual_.size(); ++k) {
@@ -110,7 +112,8 @@ class Changes {
       }
       const Eigen::Vector2d x = line.solve();
       left += line.left(x);
-      for (int k = 0; k < (ends ? 1 : 2); ++k) gains_.push_back(x[k] > 0 ? 1 / x[k] : 1);
+      for (int k = 0; k < (ends ? 1 : 2); ++k)
+        gains_.push_back(x[k] > 0 ? 1 / x[k] : 1), of_gain_.push_back(2 * pair + k);
     }
     const auto [low, high] = std::ranges::minmax(gains_);
     const double spread =
@@ -161,10 +164,10 @@ class Changes {
   /// White has twice the light of a pattern; patterns differ too.
   bool is_automatic(double middle) const {
     constexpr double kDimmed = 0.9;
-    const auto light = [this](std::size_t photograph) {
+    const auto light = [this](std::size_t gain) {
       double sum = 0;
-      for (const std::size_t i : clear_.at) sum += static_cast<double>(of(static_cast<int>(photograph), i));
-      return sum / gains_[photograph];
+      for (const std::size_t i : clear_.at) sum += static_cast<double>(of(of_gain_[gain], i));
+      return sum / gains_[gain];
     };
     return gains_.back() < kDimmed * middle && correlation(light) < -kClearly;
   }
@@ -176,9 +179,10 @@ class Changes {
     for (const bool before : {true, false}) {
       std::vector<Line> lines(kBands);
       double other = 0;
-      for (int pair = 0; pair <= pairs_; ++pair) {
+      for (const int pair : used_) {
         const int first = before ? 2 * pair - 1 : 2 * pair + 1;
-        const bool exists = first >= 0 && first + 1 <= photographs_.code.black();
+        const bool exists = first >= 0 && first + 1 <= photographs_.code.black() && first / 2 != held_out_ &&
+                            (first + 1) / 2 != held_out_;
         for (std::size_t k = 0; k < usual_.size(); ++k) {
           const double y = off(pair, k);
           if (!exists) {
@@ -220,7 +224,7 @@ class Changes {
     const auto cols = static_cast<std::size_t>(grid.cols);
     double left = 0, whole = 0, most = 0;
     int worst = 0;
-    for (int pair = 0; pair <= pairs_; ++pair) {
+    for (const int pair : used_) {
       std::vector<Line> lines(grid.rows);
       Line all;
       for (std::size_t k = 0; k < usual_.size(); ++k) {
@@ -258,7 +262,7 @@ class Changes {
   void find_offset() {
     double left = 0, most = 0;
     int at = 0;
-    for (int pair = 0; pair <= pairs_; ++pair) {
+    for (const int pair : used_) {
       Line line;
       for (std::size_t k = 0; k < usual_.size(); ++k) line.add(1, 0, off(pair, k));
       left += line.left();
@@ -278,7 +282,8 @@ class Changes {
   /// difference of pattern and complement, over white − black.
   void find_curve() {
     Line line;
-    for (int pair = 0; pair < pairs_; ++pair)
+    for (const int pair : used_) {
+      if (pair == pairs_) continue;
       for (std::size_t k = 0; k < usual_.size(); ++k) {
         const double light = pattern(pairs_, k) - complement(pairs_, k);
         if (!(light > 0.1 * clear_.contrast)) continue;
@@ -286,6 +291,7 @@ class Changes {
         const auto ends = static_cast<double>(sum(pairs_, clear_.at[k]));
         line.add(light * std::max(1 - m * m, 0.0), 0, static_cast<double>(sum(pair, clear_.at[k])) - ends);
       }
+    }
     const double share = line.squares() > 0 ? line.left() / line.squares() : 1, bend = line.solve()[0];
     add(share * all_, std::abs(bend) / 2,
         fmt::format(
@@ -298,18 +304,22 @@ class Changes {
   const CodePhotographs& photographs_;
   const ClearPixels& clear_;
   int pairs_;
+  std::optional<int> held_out_;
+  std::vector<int> used_;  ///< the pairs, then white and black
   std::vector<float> usual_;
   double all_ = 0;
   std::vector<double> gains_;  ///< of all photographs but black
+  std::vector<int> of_gain_;   ///< the photograph of each gain
   std::vector<Explained> found_;
 };
 
 }  // namespace
 
-LightChanges::LightChanges(const CodePhotographs& photographs, const ClearPixels& clear) {
+LightChanges::LightChanges(const CodePhotographs& photographs, const ClearPixels& clear,
+                           const std::optional<int>& held_out) {
   constexpr std::size_t kFewestClear = 200;
   if (clear.at.size() < kFewestClear || photographs.complements_derived) return;
-  for (Explained& one : Changes(photographs, clear).causes())
+  for (Explained& one : Changes(photographs, clear, held_out).causes())
     found_.push_back({std::move(one.cause), one.share, one.effect, one.rank, one.particular});
 }
 
@@ -343,13 +353,15 @@ std::vector<Cause> LightChanges::harmful() const {
   return named(0.3, 0.04, false);
 }
 
-std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear) {
+std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear,
+                                   const std::optional<int>& held_out) {
   constexpr double kBeyond = 0.06, kMost = 0.03;  // of the contrast; of the values
   if (clear.at.empty() || photographs.complements_derived) return {};
   double below = 0, above = 0, all = 0;
   constexpr double kSigmas = 6;  // of one photograph; a difference has 1.4
-  const NoiseLine noise = estimate_repeat_noise(photographs, {});
-  for (int pair = 0; pair < photographs.code.pairs(); ++pair)
+  const NoiseLine noise = estimate_repeat_noise(photographs, held_out);
+  for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
+    if (pair == held_out) continue;
     for (const std::size_t i : clear.at) {
       const float p = photographs.image(2 * pair).values()[i],
                   n = photographs.image(2 * pair + 1).values()[i];
@@ -359,6 +371,7 @@ std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const Cle
       above += std::max(p, n) > photographs.white().values()[i] + beyond ? 1 : 0;
       all += 1;
     }
+  }
   if (below < kMost * all || above < kMost * all) return {};
   return {{fmt::format("the photographs are sharpened, or strongly compressed: patterns are darker than "
                        "black in {:.0f} % of the values, and "

@@ -4,6 +4,7 @@
 #include "calibration/clear_pixels.hpp"
 #include "calibration/sequence_cause.hpp"
 
+#include <optional>
 #include <vector>
 
 namespace symrig::calibration {
@@ -15,7 +16,9 @@ namespace symrig::calibration {
 /// the best.
 class LightChanges {
  public:
-  LightChanges(const CodePhotographs& photographs, const ClearPixels& clear);
+  /// held_out: a pair that is not used.
+  LightChanges(const CodePhotographs& photographs, const ClearPixels& clear,
+               const std::optional<int>& held_out = {});
 
   /// Those that explain most of the differences: of a sequence that contradicts itself.
   std::vector<Cause> most() const;
@@ -40,6 +43,7 @@ class LightChanges {
 };
 
 /// Values below black or above white beside the edges of stripes: no light does that, but sharpening does.
-std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear);
+std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear,
+                                   const std::optional<int>& held_out = {});
 
 }  // namespace symrig::calibration

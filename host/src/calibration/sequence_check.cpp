@@ -209,10 +209,10 @@ Result<void> explain_contradiction(const CodePhotographs& photographs, const Res
   return causes.empty() ? finding : Result<void>(error_of(causes));
 }
 
-Result<void> check_light(const CodePhotographs& photographs) {
-  const ClearPixels clear = find_clear_pixels(photographs);
-  std::vector<Cause> causes = LightChanges(photographs, clear).harmful();
-  if (causes.empty()) causes = find_sharpening(photographs, clear);
+Result<void> check_light(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  const ClearPixels clear = find_clear_pixels(photographs, held_out);
+  std::vector<Cause> causes = LightChanges(photographs, clear, held_out).harmful();
+  if (causes.empty()) causes = find_sharpening(photographs, clear, held_out);
   return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
 }
 
@@ -231,7 +231,9 @@ Result<void> check_sequence(const CodePhotographs& photographs, const DecodeOpti
     return explain_contradiction(photographs, shifts, false);
   if (const auto order = check_order(light); !order) return explain_contradiction(photographs, order, true);
   SYMRIG_CHECK(check_reach(light, options.mirrored));
-  const auto causes = LightChanges(photographs, find_clear_pixels(photographs)).spoiling();
+  const auto causes =
+      LightChanges(photographs, find_clear_pixels(photographs, options.held_out_pair), options.held_out_pair)
+          .spoiling();
   return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
 }
 

@@ -26,6 +26,6 @@ Result<void> explain_contradiction(const CodePhotographs& photographs, const Res
 
 /// Light that a fit needs to be right, though a map does not: it refuses photographs whose light changes by
 /// more than 4 %, a curved response, and sharpening.  fails: bad_value.
-Result<void> check_light(const CodePhotographs& photographs);
+Result<void> check_light(const CodePhotographs& photographs, const std::optional<int>& held_out);
 
 }  // namespace symrig::calibration
