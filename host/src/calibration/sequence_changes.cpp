@@ -129,14 +129,31 @@ class Changes {
               "bright as the patterns tell",
               range, name(photographs_.code.white()), white / middle),
           "switch automatic exposure, gain and white balance off, and photograph the sequence again", true);
+    else if (const auto at = step())
+      add(left, effect,
+          fmt::format("exposure or lamp has changed between {} and {}: brightness differs {}",
+                      name(of_gain_[*at - 1]), name(of_gain_[*at]), range),
+          "fix exposure, gain and lamp, and photograph the sequence again", true);
     else
       add(left, effect,
           fmt::format("the brightness changes from photograph to photograph, {}: {}", range,
-                      correlation([](std::size_t k) { return static_cast<double>(k); }) < -kClearly ||
-                              correlation([](std::size_t k) { return static_cast<double>(k); }) > kClearly
+                      std::abs(correlation([](std::size_t k) { return static_cast<double>(k); })) > kClearly
                           ? "the lamp warms up or cools down (drift)"
                           : "the lamp or the room light flickers, or the exposure is automatic"),
           "fix exposure and gain; expose for whole periods of the lamp; photograph the sequence again", true);
+  }
+  /// The gain from which on all are alike, as all before it are; none: they change more than once.
+  std::optional<std::size_t> step() const {
+    constexpr double kLeft = 0.1;  // of the squares about their mean; a steady drift leaves a quarter
+    const auto squares = [this](std::size_t begin, std::size_t end) {
+      double sum = 0, all = 0;
+      for (std::size_t k = begin; k < end; ++k) sum += gains_[k], all += gains_[k] * gains_[k];
+      return all - sum * sum / static_cast<double>(end - begin);
+    };
+    const double all = squares(0, gains_.size());
+    for (std::size_t at = 1; at < gains_.size(); ++at)
+      if (squares(0, at) + squares(at, gains_.size()) < kLeft * all) return at;
+    return std::nullopt;
   }
   /// A lamp or an exposure changes several photographs, by moderate factors. One that shows another pattern
   /// has no factor.

@@ -198,10 +198,29 @@ Result<void> check_reach(const SequenceLight& light, bool mirrored) {
 
 }  // namespace
 
+namespace {
+
+/// Two photographs that are equal in every pixel, although each has its own noise. Neighbours are left out: a
+/// doubled one usually makes all later ones late, which find_arrangements() tells.
+std::vector<Cause> find_copies(const CodePhotographs& photographs) {
+  const int count = photographs.code.photographs();
+  if (photographs.complements_derived) return {};
+  for (int k = 2; k < count; ++k)
+    for (int j = 0; j + 1 < k; ++j)
+      if (std::ranges::equal(photographs.image(j).values(), photographs.image(k).values()))
+        return {{fmt::format("{} and {} are the same photograph: all pixels are equal, noise included",
+                             photographs.names[j], photographs.names[k]),
+                 "photograph the sequence again, or put the right file in its place"}};
+  return {};
+}
+
+}  // namespace
+
 Result<void> explain_contradiction(const CodePhotographs& photographs, const Result<void>& finding,
                                    bool definite) {
   const ClearPixels clear = find_clear_pixels(photographs);
-  std::vector<Cause> causes = find_arrangements(photographs, clear);
+  std::vector<Cause> causes = find_copies(photographs);
+  if (causes.empty()) causes = find_arrangements(photographs, clear);
   if (causes.empty() && !finding) {
     const LightChanges changes(photographs, clear);
     causes = definite ? changes.all() : changes.most();

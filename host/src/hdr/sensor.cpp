@@ -154,7 +154,8 @@ Result<void> check_straight(std::vector<hdr::TransferPoint> points, const hdr::T
       ratio += points[k].samples * points[k].variance / (line.offset + line.slope * points[k].mean);
       light += points[k].samples * points[k].mean, samples += points[k].samples;
     }
-    if (!(samples > 0) || std::abs(ratio / samples - 1) <= kMost + kDeviations * std::sqrt(2 / samples)) continue;
+    if (!(samples > 0) || std::abs(ratio / samples - 1) <= kMost + kDeviations * std::sqrt(2 / samples))
+      continue;
     return bad_frames(
         ErrorCode::bad_value,
         fmt::format("the noise of the frames is not a straight line of their light: at {:.0f} DN above "
