@@ -125,13 +125,16 @@ def capture(fault, words, *options):
     if words is RIGHT:
         return expect_right(what, outcome)
     expect_cause(what, words, outcome)
-    expect(not os.path.exists("a.h5") and not os.path.exists("a.h5.log"), what, "a file is left")
+    # The photographs of a whole search stay, and the message says where.
+    kept = os.path.exists("a.h5.log")
+    expect(not os.path.exists("a.h5") and kept == ("a.h5.log" in outcome[1]), what, "a file is left")
 
 
 def align(fault, words):
     outcome = symrig("align", "--rig", rig(fault), "--updates", "1")
     if words is RIGHT:
-        return expect(outcome[0] == 0, "align " + fault, outcome[1])
+        # 5: what it measures is not good enough; it names no cause.
+        return expect(outcome[0] in (0, 5), "align " + fault, outcome[1])
     expect_cause("align " + fault, words, outcome)
 
 

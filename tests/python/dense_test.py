@@ -54,7 +54,9 @@ def test_a_python_probe_is_the_library_s_bit_for_bit(grid, tmp_path):
     mine, theirs = Seen(), Seen()
     passed = symrig.capture(Library(symrig.open_rig(name), theirs), polish=0)
     python = symrig.capture(Python(t, grid, mine), polish=0)
-    assert mine.digests == theirs.digests and len(mine.digests) == direct.facts["patterns"] > 20
+    # A search that has found nothing to rely on looks again at five photographs that are no part of the capture.
+    assert mine.digests == theirs.digests and len(mine.digests) - direct.facts["patterns"] in (0, 5)
+    assert direct.facts["patterns"] > 20
     for scene in (passed, python):
         assert np.array_equal(scene.to_numpy(), direct.to_numpy())
         assert scene.facts["patterns_per_level"] == direct.facts["patterns_per_level"]

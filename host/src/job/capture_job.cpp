@@ -213,13 +213,14 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
   CaptureJob checked = job;
-  bool misaligned = false;
-  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping))
-    checked.options.before_search = [&]() -> Result<void> {
-      Result<void> found = check_axis(*rig.probe, job.options.progress);
-      misaligned = !found;
-      return found;
-    };
+  const bool checks_axis = job.check_axis && !CaptureLog::goes_on(job.output, keeping);
+  bool misaligned = false, searches = false;
+  checked.options.before_search = [&]() -> Result<void> {
+    Result<void> found = checks_axis ? check_axis(*rig.probe, job.options.progress) : Result<void>();
+    misaligned = !found;
+    searches = !misaligned;
+    return found;
+  };
   const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
   if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
   // Nobody asked for the usual memory, so it is no reason to refuse.
@@ -228,8 +229,9 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
   Result<CaptureOutcome> outcome =
       guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
-  // Photographs of a rig that must be changed are of no use later.
-  if (!outcome && (misaligned || outcome.error().code == ErrorCode::wrong_light))
+  // The first photographs of a rig that must be changed are of no use later. Those of a whole search stay:
+  // only a person can tell what they are worth (--unchecked).
+  if (!outcome && (misaligned || (!searches && outcome.error().code == ErrorCode::wrong_light)))
     return log.useless(outcome.error());
   if (!outcome) return log.broken_off(outcome.error());
   SYMRIG_CHECK(log.finished());

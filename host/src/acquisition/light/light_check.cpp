@@ -213,11 +213,12 @@ Result<void> check_light(const LightSeries& series, const LookAside& look) {
   const LightMatch match(series);
   if (const Found order = find_other_order(series, match)) return order->error();
   if (const Found exchanged = find_exchanged(series, match)) return exchanged->error();
+  // One stuck pixel can be most of the light.
+  if (const Found pixels = find_wrong_pixels(series)) return pixels->error();
   if (const Found constant = find_constant(series, match)) return constant->error();
   if (const Found shift = find_shift(series, match)) return shift->error();
   if (const Found missing = find_missing_light(series, match)) return missing->error();
   if (const Found glow = find_afterglow(series, match)) return glow->error();
-  if (const Found pixels = find_wrong_pixels(series)) return pixels->error();
   SYMRIG_TRY(const Found dead, find_dead_lines(series, look));
   if (dead) return dead->error();
   SYMRIG_TRY(const Found brightness, find_wrong_brightness(series, look));

@@ -21,6 +21,14 @@ double total(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
+/// Standard deviation of the sum of the pixels, as they scatter: a rig may state less noise than it has.
+double scatter_of_total(std::span<const float> values) {
+  const double mean = total(values) / static_cast<double>(std::max<std::size_t>(values.size(), 1));
+  double squares = 0;
+  for (const float v : values) squares += std::pow(static_cast<double>(v) - mean, 2);
+  return std::sqrt(squares);
+}
+
 /// The correlation of two pictures, one of them moved.
 double correlation_of(Grid grid, std::span<const float> a, std::span<const float> b, int row, int col) {
   double n = 0, x = 0, y = 0, xy = 0, xx = 0, yy = 0;
@@ -208,7 +216,8 @@ Result<void> LightWitness::look_again() {
           "empty the camera's queue before each pattern, and tie each photograph to its trigger"}}}
         .error();
   SYMRIG_CHECK(check_place(half_, half, "the photograph of a random half"));
-  const double dark = total(black.light), noise = std::sqrt(total(black.variance));
+  const double dark = total(black.light);
+  const double noise = std::max(std::sqrt(total(black.variance)), scatter_of_total(black.light));
   if (std::abs(dark) > std::max(kLightSigmas * noise, kLeast * total(flood_.light)))
     return LightFault{
         fmt::format("with the projector black, the camera sees {:.2g} % of the light that it sees with all "
