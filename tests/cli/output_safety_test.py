@@ -73,7 +73,7 @@ JOBS = [
     Job(["import", "T0.npy"], {"-o": "out.h5", "--json": "out.json"}, ["T0.npy"]),
     Job(["report", "in.h5"], {"-o": "out.html"}, ["in.h5"]),
     Job(["view", "in.h5"], {"--export": "out.html"}, ["in.h5"]),
-    Job(["align", "--rig", "sim:plane?size=12x17&noise=off", "--updates", "1"], {"--json": "out.json"}),
+    Job(["align", "--rig", "sim:plane?size=24x24&noise=off", "--updates", "1"], {"--json": "out.json"}),
     Job(["align", "--rig", "rig.toml", "--updates", "1"], {"--json": "out.json"}, ["rig.toml", "map.exr"], ends=3),
     Job(
         ["calibrate", "--rig", SMALL],
@@ -154,7 +154,7 @@ JOBS = [
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish --memory
 --light --lights --format --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
---compare --channel --grid --listen --plug --revision --port --max-mb --pair --secret""".split()
+--compare --channel --grid --listen --plug --revision --port --max-mb --pair --secret --progress""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
 # program names by board and date; selftest reads none.
 # A folder for frames must be new: tests/cli/sensor_rig_test.cpp.

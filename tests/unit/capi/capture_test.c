@@ -306,7 +306,7 @@ static void test_options(void) {
   /* All keys, as symrig.h lists them. */
   expect_option(rig, "nothing-like-it=1", SYMRIG_UNKNOWN_NAME,
                 "algorithm, tolerance, max_patterns, max_seconds, target_error, photograph_seconds, polish, "
-                "split, dual_threshold, dual_subtracts, check_axis, log, resume, keep_log");
+                "split, dual_threshold, dual_subtracts, check_axis, unchecked, log, resume, keep_log");
   expect_option(rig, "tolerance", SYMRIG_BAD_ARGUMENT, "has no value");
   expect_option(rig, "tolerance=much", SYMRIG_BAD_ARGUMENT, "tolerance cannot be 'much'");
   expect_option(rig, "tolerance=", SYMRIG_BAD_ARGUMENT, "tolerance cannot be ''");
