@@ -219,8 +219,9 @@ std::vector<Cause> find_copies(const CodePhotographs& photographs) {
 Result<void> explain_contradiction(const CodePhotographs& photographs, const Result<void>& finding,
                                    bool definite) {
   const ClearPixels clear = find_clear_pixels(photographs);
-  std::vector<Cause> causes = find_copies(photographs);
-  if (causes.empty()) causes = find_arrangements(photographs, clear);
+  std::vector<Cause> causes = find_arrangements(photographs, clear);
+  if (!causes.empty() || !definite)
+    if (auto copies = find_copies(photographs); !copies.empty()) causes = std::move(copies);
   if (causes.empty() && !finding) {
     const LightChanges changes(photographs, clear);
     causes = definite ? changes.all() : changes.most();

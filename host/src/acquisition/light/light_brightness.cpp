@@ -59,31 +59,36 @@ Result<Aside> look_at(const LightSeries& series, const LookAside& look) {
   return found;
 }
 
-/// The light of the pixels that a pattern lights, over the light that they have in the flood-lit photograph.
-double lit_over_flood(const LightSeries& series, std::size_t k) {
-  double light = 0, all = 0;
-  for (std::size_t at = 0; at < series.valid().size(); ++at) {
-    if (series.valid()[at] == 0 || series[k].lit[at] == 0) continue;
-    light += series[k].mean[at];
-    all += series[LightSeries::kFlood].mean[at];
-  }
-  return all > 0 ? light / all : 0;
+struct Ratio {
+  double value = 0, sigma = 0;
+};
+
+/// The light of the pixels that two patterns light, over the light that they have in the flood-lit
+/// photograph.
+Ratio lit_over_flood(const LightSeries& series, std::size_t a, std::size_t b) {
+  double light = 0, all = 0, variance = 0;
+  for (const std::size_t k : {a, b})
+    for (std::size_t at = 0; at < series.valid().size(); ++at) {
+      if (series.valid()[at] == 0 || series[k].lit[at] == 0) continue;
+      light += series[k].mean[at];
+      all += series[LightSeries::kFlood].mean[at];
+      variance += static_cast<double>(series[k].variance[at]) + series[LightSeries::kFlood].variance[at];
+    }
+  return all > 0 ? Ratio{light / all, std::sqrt(variance) / all} : Ratio{};
 }
 
 /// More light than if everything is lit, and the more the fewer pixels are lit.
 std::optional<LightFault> find_automatic(const LightSeries& series) {
   constexpr double kMore = 1.3;
-  const auto both = [&](std::size_t a, std::size_t b) {
-    return (lit_over_flood(series, a) + lit_over_flood(series, b)) / 2;
-  };
-  const double half = both(LightSeries::kHalf, LightSeries::kOtherHalf),
-               sparse = both(LightSeries::kSparse, LightSeries::kOtherSparse);
-  if (sparse < kMore || sparse < half) return std::nullopt;
+  const Ratio half = lit_over_flood(series, LightSeries::kHalf, LightSeries::kOtherHalf),
+              sparse = lit_over_flood(series, LightSeries::kSparse, LightSeries::kOtherSparse);
+  if (sparse.value < std::max(kMore, 1 + kLightSigmas * sparse.sigma) || sparse.value < half.value)
+    return std::nullopt;
   return LightFault{
       fmt::format(
           "pixels are {:.2g} times as bright if 1/32 of them are lit, and {:.2g} times if half of them are, "
           "as if all are lit",
-          sparse, half),
+          sparse.value, half.value),
       {{"automatic exposure or automatic gain of the camera", "fix exposure and gain"},
        {"an automatic iris or dynamic contrast of the projector", ""}}};
 }

@@ -26,27 +26,29 @@ double mean_flood(const LightSeries& series) {
   return series.sum(LightSeries::kFlood).value / static_cast<double>(series.pixels());
 }
 
-/// Many pixels of the flood-lit photograph have its largest value, although noise should part them.
+/// Many pixels of the flood-lit photograph have its largest value, although noise should part them. Values
+/// that are rounded to codes are equal too, but then the code below has about as many.
 Found find_clipping(const LightSeries& series) {
-  constexpr std::int64_t kFewest = 4;
+  constexpr std::int64_t kFewest = 4, kTimes = 4;
   constexpr double kShare = 1e-3;
   const LightPhotograph& flood = series[LightSeries::kFlood];
   float most = 0, next = 0;
-  std::int64_t equal = 0;
+  std::int64_t equal = 0, below = 0;
   double variance = 0;
   for (std::size_t at = 0; at < series.valid().size(); ++at) {
     if (series.valid()[at] == 0) continue;
     const float light = flood.mean[at];
     if (light > most) {
-      next = most, most = light, equal = 0, variance = 0;
-    } else if (light < most) {
-      next = std::max(next, light);
+      next = most, below = equal, most = light, equal = 0, variance = 0;
+    } else if (light < most && light > next) {
+      next = light, below = 0;
     }
+    if (light == next) ++below;
     if (light == most) ++equal, variance += static_cast<double>(flood.variance[at]);
   }
   const double sigma = equal > 0 ? std::sqrt(variance / static_cast<double>(equal)) : 0;
-  const bool piled =
-      equal >= kFewest && static_cast<double>(equal) >= kShare * static_cast<double>(series.pixels());
+  const bool piled = equal >= std::max(kFewest, kTimes * below) &&
+                     static_cast<double>(equal) >= kShare * static_cast<double>(series.pixels());
   // Values that are rounded to coarse steps are equal too; then the next one is far away.
   if (!piled || !(sigma > static_cast<double>(most) - static_cast<double>(next)) || most <= 0)
     return std::nullopt;
