@@ -114,7 +114,8 @@ inline void expect_continued_is_the_same(const char* uri, const CaptureOptions& 
       const auto result = capture(continued, options);
       ASSERT_TRUE(result.ok()) << result.error().line();
       EXPECT_EQ(result->patterns_per_level, reference->patterns_per_level);
-      EXPECT_EQ(first.log->size(), reference->patterns);
+      // After a search that has found nothing to rely on, the rig is asked once more.
+      EXPECT_EQ(first.log->size(), reference->patterns + (reference->undetermined ? 5 : 0));
       expect_same(result->tensor, reference->tensor);
       const bool planned = std::string_view(uri).find("auto") != std::string_view::npos;
       const bool planes = std::string_view(uri).find("dlpc350") != std::string_view::npos;
