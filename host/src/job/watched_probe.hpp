@@ -1,53 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/acquisition/probe.hpp"
+#include "symrig/acquisition/forwarding_probe.hpp"
 #include "symrig/job/capture_job.hpp"
 
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 namespace symrig::job {
 
 /// A probe that shows its photographs to somebody else too. It changes nothing.
-class WatchedProbe final : public Probe {
+class WatchedProbe final : public ForwardingProbe {
  public:
   /// inner must outlive this.
-  WatchedProbe(Probe& inner, SeePhotographs see) : inner_(inner), see_(std::move(see)) {}
-
-  Grid grid() const override { return inner_.grid(); }
-  Grid camera_grid() const override { return inner_.camera_grid(); }
-  ViewLayout views() const override { return inner_.views(); }
-  int channels() const override { return inner_.channels(); }
-  double residual_shift() const override { return inner_.residual_shift(); }
-  bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
-  std::size_t together() const override { return inner_.together(); }
-  bool computes() const override { return inner_.computes(); }
-  void tell(TakenSome taken) override { inner_.tell(std::move(taken)); }
-  ProbeCost cost() const override { return inner_.cost(); }
-  Result<void> continue_after(const ProbeCost& spent) override { return inner_.continue_after(spent); }
-  std::string describe() const override { return inner_.describe(); }
-  std::string identity() const override { return inner_.identity(); }
-
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
-    return seen(patterns, inner_.measure(patterns));
-  }
-  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
-                                                 std::span<const Expectation> expected) override {
-    return seen(patterns, inner_.measure_expected(patterns, expected));
-  }
+  WatchedProbe(Probe& inner, SeePhotographs see) : ForwardingProbe(inner), see_(std::move(see)) {}
 
  private:
   Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
-                                     Result<std::vector<Radiance>> photographs) const {
+                                     Result<std::vector<Radiance>> photographs) override {
     if (photographs && !patterns.empty() && photographs->size() == patterns.size())
-      see_(inner_.cost(), patterns, *photographs);
+      see_(cost(), patterns, *photographs);
     return photographs;
   }
 
-  Probe& inner_;
   SeePhotographs see_;
 };
 

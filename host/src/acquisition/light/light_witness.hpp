@@ -2,11 +2,10 @@
 #pragma once
 
 #include "acquisition/light/light_check.hpp"
-#include "symrig/acquisition/probe.hpp"
+#include "symrig/acquisition/forwarding_probe.hpp"
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,32 +14,10 @@ namespace symrig::acquisition {
 /// A probe that watches all photographs of a capture pass. A photograph that lacks the direct light of its
 /// own pattern, or that repeats the one before, is taken again aside. If the second one is another, the first
 /// one was wrong, whatever the scene is. cost: no photograph if all is well.
-class LightWitness final : public Probe {
+class LightWitness final : public ForwardingProbe {
  public:
   /// inner must outlive this. look: without it, nothing is proven.
-  LightWitness(Probe& inner, LookAside look) : inner_(inner), look_(std::move(look)) {}
-
-  Grid grid() const override { return inner_.grid(); }
-  Grid camera_grid() const override { return inner_.camera_grid(); }
-  ViewLayout views() const override { return inner_.views(); }
-  int channels() const override { return inner_.channels(); }
-  double residual_shift() const override { return inner_.residual_shift(); }
-  bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
-  std::size_t together() const override { return inner_.together(); }
-  bool computes() const override { return inner_.computes(); }
-  void tell(TakenSome taken) override { inner_.tell(std::move(taken)); }
-  ProbeCost cost() const override { return inner_.cost(); }
-  Result<void> continue_after(const ProbeCost& spent) override { return inner_.continue_after(spent); }
-  std::string describe() const override { return inner_.describe(); }
-  std::string identity() const override { return inner_.identity(); }
-  /// fails: also wrong_light (a photograph that is proven to be wrong).
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
-    return seen(patterns, inner_.measure(patterns));
-  }
-  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
-                                                 std::span<const Expectation> expected) override {
-    return seen(patterns, inner_.measure_expected(patterns, expected));
-  }
+  LightWitness(Probe& inner, LookAside look) : ForwardingProbe(inner), look_(std::move(look)) {}
 
   /// After a search that has found nothing to rely on: takes the flood-lit photograph three times and that
   /// of the first half again, and one of black.
@@ -56,8 +33,9 @@ class LightWitness final : public Probe {
   };
   static double apart(const Picture& a, const Picture& b);
   static Picture picture_of(const Radiance& photograph);
+  /// fails: as the probe; wrong_light (a photograph that is proven to be wrong).
   Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
-                                     Result<std::vector<Radiance>> photographs);
+                                     Result<std::vector<Radiance>> photographs) override;
   Result<void> see(const Pattern& pattern, const Radiance& photograph);
   void learn_direct(const Pattern& pattern, const Picture& picture);
   /// The light of the pixels that `lit` lights and `dark` does not, over their direct light; below 0: not
@@ -67,7 +45,6 @@ class LightWitness final : public Probe {
   Result<void> check_place(const Picture& first, const Picture& again, const char* what) const;
   Result<void> prove(const Pattern& pattern, const Picture& picture, bool repeats);
 
-  Probe& inner_;
   LookAside look_;
   std::int64_t count_ = 0;
   int asked_in_vain_ = 0;
