@@ -158,34 +158,29 @@ LeftOver::LeftOver(const LightSeries& series) : series_(series) {
   if (squares > 0) noise_ = std::pow(sigma_ * flood.value, 2) / squares;
 }
 
-/// Σ (H^g + H'^g − F^g) / Σ F^g
-double LeftOver::raised(double exponent) const {
-  double over = 0, all = 0;
+/// use(H^g + H'^g − F^g, F^g) for each pixel.
+template <class Use>
+void LeftOver::for_each_pixel(double exponent, const Use& use) const {
   const auto power = [&](std::size_t k, std::size_t at) {
     return std::pow(std::max(0.0, static_cast<double>(series_[k].mean[at])), exponent);
   };
   for (std::size_t at = 0; at < series_.valid().size(); ++at) {
     if (series_.valid()[at] == 0) continue;
     const double flood = power(LightSeries::kFlood, at);
-    over += power(LightSeries::kHalf, at) + power(LightSeries::kOtherHalf, at) - flood;
-    all += flood;
+    use(power(LightSeries::kHalf, at) + power(LightSeries::kOtherHalf, at) - flood, flood);
   }
+}
+
+double LeftOver::raised(double exponent) const {
+  double over = 0, all = 0;
+  for_each_pixel(exponent, [&](double left, double flood) { over += left, all += flood; });
   return all > 0 ? over / all : 0;
 }
 
 /// The rms of the same, pixel by pixel, over that of the light, less noise.
 double LeftOver::rms(double exponent) const {
   double over = 0, all = 0;
-  const auto power = [&](std::size_t k, std::size_t at) {
-    return std::pow(std::max(0.0, static_cast<double>(series_[k].mean[at])), exponent);
-  };
-  for (std::size_t at = 0; at < series_.valid().size(); ++at) {
-    if (series_.valid()[at] == 0) continue;
-    const double flood = power(LightSeries::kFlood, at);
-    const double left = power(LightSeries::kHalf, at) + power(LightSeries::kOtherHalf, at) - flood;
-    over += left * left;
-    all += flood * flood;
-  }
+  for_each_pixel(exponent, [&](double left, double flood) { over += left * left, all += flood * flood; });
   return all > 0 ? std::sqrt(std::max(0.0, over / all - noise_)) : 0;
 }
 

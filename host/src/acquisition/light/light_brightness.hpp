@@ -20,6 +20,9 @@ class LeftOver {
   std::optional<double> exponent() const;
 
  private:
+  template <class Use>
+  void for_each_pixel(double exponent, const Use& use) const;
+  /// What is left over of all light with this exponent.
   double raised(double exponent) const;
   double rms(double exponent) const;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_pixels.hpp"
 
+#include "acquisition/light/light_sums.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
@@ -148,21 +149,11 @@ Result<bool> gives_light(const LightSeries& series, const Lines& lines, int line
   return all > 0 && all > kLightSigmas * std::sqrt(variance) && std::abs(here) < kUnseen * all;
 }
 
-/// Light of unlit pixels, by whether one of the four pixels beside is lit.
-struct Beside {
-  double count = 0, sum = 0, squares = 0;
-  void add(double light) { count += 1, sum += light, squares += light * light; }
-  double mean() const { return count > 0 ? sum / count : 0; }
-  double variance_of_mean() const {
-    return count > 1 ? std::max(0.0, squares / count - mean() * mean()) / (count - 1) : 0;
-  }
-};
-
 /// Light beside lit pixels that is below that farther away. Light only adds to what is there.
 Found find_sharpening(const LightSeries& series) {
   constexpr double kSure = 6, kShare = 2e-3, kFewest = 16;
   const Grid grid = series.grid();
-  Beside near, far, lit;
+  LightMean near, far, lit;  // unlit pixels with and without a lit one beside, and lit ones
   for (const std::size_t k : {LightSeries::kSparse, LightSeries::kOtherSparse}) {
     const LightPhotograph& seen = series[k];
     for (int row = 1; row + 1 < grid.rows; ++row)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_place.hpp"
 
+#include "acquisition/light/light_sums.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -59,16 +61,6 @@ std::optional<LightFault> find_dark_half(const LightSeries& series) {
       return dark_photograph(series, k, seen[k] / wanted[k]);
   return std::nullopt;
 }
-
-/// Light of unlit pixels over their direct light, by whether the pattern before lit them.
-struct Afterglow {
-  double count = 0, sum = 0, squares = 0;
-  void add(double share) { count += 1, sum += share, squares += share * share; }
-  double mean() const { return count > 0 ? sum / count : 0; }
-  double variance() const {
-    return count > 1 ? std::max(0.0, squares / count - mean() * mean()) / (count - 1) : 0;
-  }
-};
 
 struct Shift {
   int row = 0, col = 0;
@@ -148,7 +140,7 @@ std::optional<LightFault> find_afterglow(const LightSeries& series, const LightM
   if (!match.follows()) return std::nullopt;
   const double least =
       kLeastDirect * series.sum(LightSeries::kFlood).value / static_cast<double>(series.pixels());
-  Afterglow before, neither;
+  LightMean before, neither;  // light of unlit pixels over their direct light
   // The sparse patterns and what follows: hardly any light is elsewhere.
   for (const std::size_t k : {LightSeries::kOtherSparse, LightSeries::kBar})
     for (std::size_t at = 0; at < series.valid().size(); ++at) {
@@ -158,7 +150,7 @@ std::optional<LightFault> find_afterglow(const LightSeries& series, const LightM
     }
   const double glow = before.mean() - neither.mean();
   if (std::min(before.count, neither.count) < kFewest || glow < kLeastGlow ||
-      glow < kSureOfGlow * std::sqrt(before.variance() + neither.variance()))
+      glow < kSureOfGlow * std::sqrt(before.variance_of_mean() + neither.variance_of_mean()))
     return std::nullopt;
   return LightFault{
       fmt::format("each photograph has {} of the light of the pattern before it", percent_of_light(glow)),

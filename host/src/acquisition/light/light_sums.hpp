@@ -3,10 +3,22 @@
 
 #include "acquisition/light/light_series.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
 namespace symrig::acquisition {
+
+/// The mean of values, and how well it is known from their scatter.
+struct LightMean {
+  double count = 0, sum = 0, squares = 0;
+
+  void add(double value) { count += 1, sum += value, squares += value * value; }
+  double mean() const { return count > 0 ? sum / count : 0; }
+  double variance_of_mean() const {
+    return count > 1 ? std::max(0.0, squares / count - mean() * mean()) / (count - 1) : 0;
+  }
+};
 
 /// The light of each photograph as a whole.
 class LightSums {
