@@ -130,6 +130,18 @@ def capture(fault, words, *options):
     expect(not os.path.exists("a.h5") and kept == ("a.h5.log" in outcome[1]), what, "a file is left")
 
 
+def capture_by_brute_force(fault, words):
+    """It has no held-out photographs, so --check-axis takes some."""
+    outcome = symrig("capture", "--rig", rig(fault), "-o", "a.h5", "--no-log", "--check-axis", "--algorithm", "brute")
+    expect_cause(f"capture {fault} by brute force", words, outcome)
+
+
+def one_dark_photograph(fault):
+    """With one photograph nobody can tell: the message says so."""
+    outcome = symrig("capture", "--rig", rig(fault), "-o", "a.h5", "--no-log", "--algorithm", "dual")
+    expect_cause(f"capture {fault} by dual", "late, or a projector that shows black for white", outcome)
+
+
 def align(fault, words):
     outcome = symrig("align", "--rig", rig(fault), "--updates", "1")
     if words is RIGHT:
@@ -144,5 +156,9 @@ with tempfile.TemporaryDirectory() as folder:
         capture(fault, of_capture)
         capture(fault, of_capture, "--check-axis")
         align(fault, of_align)
-print(f"{3 * len(TABLE)} cells, {len(failures)} failures")
+    for fault in ("capped", "room", "inverted", "late", "mirrored", "quarter", "gamma=2.2", "stuck=0.9"):
+        capture_by_brute_force(fault, TABLE[fault][0])
+    for fault in ("late", "inverted"):
+        one_dark_photograph(fault)
+print(f"{3 * len(TABLE) + 10} cells, {len(failures)} failures")
 sys.exit(1 if failures else 0)

@@ -63,8 +63,10 @@ Result<double> flicker_of(Probe& rig) {
   return most > 0 ? std::max(0.0, most - least - kSigmas * std::sqrt(variance)) / most : 0;
 }
 
-/// Eight photographs are compared: a lamp that flickers looks like light that goes one way.
-Result<void> check_axis(Probe& rig, const Progress& progress) {
+/// Eight photographs are compared: a lamp that flickers looks like light that goes one way, and so does a
+/// picture that is mirrored or late. What the algorithm has not judged by then is judged here.
+Result<void> check_axis(Probe& rig, const CaptureSettings& settings, const Progress& progress) {
+  if (!settings.economy.checks && !settings.unchecked) SYMRIG_CHECK(check_light_of_rig(rig, progress));
   Result<void> checked = require_coaxial(rig, {.progress = progress});
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
   constexpr double kFlickers = 0.01;
@@ -216,7 +218,8 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   const bool checks_axis = job.check_axis && !CaptureLog::goes_on(job.output, keeping);
   bool misaligned = false, searches = false;
   checked.options.before_search = [&]() -> Result<void> {
-    Result<void> found = checks_axis ? check_axis(*rig.probe, job.options.progress) : Result<void>();
+    Result<void> found =
+        checks_axis ? check_axis(*rig.probe, settings, job.options.progress) : Result<void>();
     misaligned = !found;
     searches = !misaligned;
     return found;

@@ -205,4 +205,9 @@ struct CaptureResult {
 /// if every photograph is invalid; wrong_light; limit; interrupted.
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options);
 
+/// Judges a rig by seven photographs of its own, as capture() does by its first ones. For algorithms without
+/// held-out photographs, which judge the flood-lit one alone.
+/// fails: wrong_light; as the rig; interrupted.
+Result<void> check_light_of_rig(Probe& rig, const Progress& progress = {});
+
 }  // namespace symrig

@@ -59,6 +59,13 @@ std::vector<LightCause> causes_of_darkness() {
           {"a scene that is black", ""}};
 }
 
+/// One photograph cannot tell light that is missing from light that comes at other times.
+std::vector<LightCause> causes_of_one_dark_photograph() {
+  return {{"a cap on the lens, a lamp that is off, or a black scene", "let light reach the camera"},
+          {"a camera that is one photograph late, or a projector that shows black for white",
+           "capture with --check-axis, which tells"}};
+}
+
 /// No photograph holds light.
 Found find_dark(const LightSeries& series) {
   for (std::size_t k = 0; k < series.size(); ++k) {
@@ -72,7 +79,7 @@ Found find_dark(const LightSeries& series) {
                       : std::string("it is 0 everywhere");
   return LightFault{fmt::format("the flood-lit photograph is dark: {}{}", all,
                                 series.size() > 1 ? ", and no other pattern gives light" : ""),
-                    causes_of_darkness()};
+                    series.size() > 1 ? causes_of_darkness() : causes_of_one_dark_photograph()};
 }
 
 std::string name_turn(Turn turn) {
