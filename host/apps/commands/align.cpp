@@ -49,8 +49,10 @@ class Aligning {
       good = light && all_good(last_->findings) && arguments_.updates == 0 ? good + 1 : 0;
       if (count_ == arguments_.updates) break;
     }
+    if (!light && light.error().code != ErrorCode::wrong_light) return light;
+    // The updates that were measured are not lost by the last one.
+    if (light || !lines_.empty()) SYMRIG_CHECK(write_json());
     SYMRIG_CHECK(light);
-    SYMRIG_CHECK(write_json());
     return ended_ ? Result<void>() : good_enough();
   }
 
