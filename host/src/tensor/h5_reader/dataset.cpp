@@ -179,7 +179,7 @@ Result<void> Dataset::read_chunks(const Part& part) const {
   // Chunks that reach over the edge are larger than what they hold, but not many times.
   const std::uint64_t most = 64 * part.rows * part.row * type_.size + (std::uint64_t{1} << 28);
   if (__builtin_mul_overflow(chunks.size(), chunk_bytes, &all_bytes) || all_bytes > most)
-    return Error{ErrorCode::bad_format, "is damaged: its chunks are larger than the dataset"};
+    return Error{ErrorCode::bad_format, "has chunks that are many times larger than what they hold"};
   if (chunks.size() < last - first) fill(part);
   const ChunkCopy copy(type_, space_.size, layout_.chunk, part.conversion, part.first, part.rows, part.to);
   std::vector<std::uint8_t> bytes;
