@@ -20,6 +20,8 @@ CaptureOptions options_of(Algorithm algorithm, int polish) {
   options.rule = default_rule(algorithm);
   options.economy = default_economy(algorithm);
   options.economy->polish = polish;
+  // Optics that are this far out of line are refused otherwise.
+  options.unchecked = true;
   return options;
 }
 
