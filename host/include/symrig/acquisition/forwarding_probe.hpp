@@ -5,7 +5,6 @@
 
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -24,7 +23,7 @@ class ForwardingProbe : public Probe {
   bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
   std::size_t together() const override { return inner_.together(); }
   bool computes() const override { return inner_.computes(); }
-  void tell(TakenSome taken) override { inner_.tell(std::move(taken)); }
+  void tell(const TakenSome& taken) override { inner_.tell(taken); }
   ProbeCost cost() const override { return inner_.cost(); }
   Result<void> continue_after(const ProbeCost& spent) override { return inner_.continue_after(spent); }
   std::string describe() const override { return inner_.describe(); }

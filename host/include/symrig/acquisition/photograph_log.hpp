@@ -10,7 +10,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -139,7 +138,7 @@ class LoggedProbe final : public Probe {
   std::size_t together() const override { return together_; }
   bool computes() const override { return inner_.computes(); }
   /// After each photograph that the log gives, and after each run that it keeps.
-  void tell(TakenSome taken) override { taken_ = std::move(taken); }
+  void tell(const TakenSome& taken) override { taken_ = taken; }
   std::string describe() const override { return inner_.describe(); }
 
   /// Photographs answered from the log so far.

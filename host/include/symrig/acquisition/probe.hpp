@@ -80,7 +80,7 @@ class Probe {
   using TakenSome = std::function<bool(std::size_t photographs)>;
   /// Whom to tell from now on; empty: nobody. A probe that has all photographs of a call at once tells
   /// nothing.
-  virtual void tell(TakenSome /*taken*/) {}
+  virtual void tell(const TakenSome& /*taken*/) {}
 
   virtual ProbeCost cost() const = 0;
 

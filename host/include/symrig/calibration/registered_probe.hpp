@@ -40,7 +40,7 @@ class RegisteredProbe final : public Probe {
                                                  std::span<const Expectation> expected) override;
   std::size_t together() const override { return rig_.together(); }
   bool computes() const override { return rig_.computes(); }
-  void tell(TakenSome taken) override { rig_.tell(std::move(taken)); }
+  void tell(const TakenSome& taken) override { rig_.tell(taken); }
   ProbeCost cost() const override;
   Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
   std::string describe() const override { return rig_.describe(); }

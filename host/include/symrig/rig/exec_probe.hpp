@@ -43,7 +43,7 @@ class ExecProbe final : public Probe {
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   /// Each photograph counts as one frame. rig_seconds: wall-clock time of all measure() that succeeded.
   /// After each photograph.
-  void tell(TakenSome taken) override;
+  void tell(const TakenSome& taken) override;
   ProbeCost cost() const override { return cost_; }
   /// "exec:COMMAND", or "exec:COMMAND (NAME)" if the child states a name.
   std::string describe() const override;

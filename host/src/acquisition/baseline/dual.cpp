@@ -64,7 +64,7 @@ class Dual {
       if (!options_.unchecked) light = check_light(LightSeries(tree_, p, nullptr), {});
       flood = significant_column(p, PixelSet::all(tree_.grid()), channels_);
     }));
-    SYMRIG_CHECK(light);
+    if (!light) return light.error();
     patterns_per_level_.push_back(1);
     std::vector<Active> active;
     keep(0, 0, flood, active);

@@ -202,7 +202,7 @@ double LightWitness::apart(const Picture& a, const Picture& b) {
 }
 
 Result<void> LightWitness::look_again() {
-  constexpr double kMuch = 0.03, kLeast = 5e-4, kSame = 0.2;
+  constexpr double kDiffers = 0.03, kLeast = 5e-4, kSame = 0.2;
   if (!look_ || count_ < 2 || half_.light.empty()) return {};
   const Pattern white(grid(), 1, 1.0F);
   const std::vector<Pattern> patterns{half_pattern_, white, Pattern(grid()), white, white};
@@ -232,7 +232,7 @@ Result<void> LightWitness::look_again() {
     least = std::min(least, total(picture_of(taken[k]).light));
     most = std::max(most, total(picture_of(taken[k]).light));
   }
-  if (most - least > std::max(kMuch * most, kLightSigmas * std::sqrt(total(flood_.variance))))
+  if (most - least > std::max(kDiffers * most, kLightSigmas * std::sqrt(total(flood_.variance))))
     return LightFault{
         fmt::format("photographs of all pixels lit, one at the beginning and three now, differ by {}",
                     percent_of_light(1 - least / most)),

@@ -52,7 +52,7 @@ class ExecProbe::Conversation {
 
   Result<void> greet();
   Result<void> measure(std::span<const Pattern> patterns, std::vector<Radiance>& photographs);
-  void tell(TakenSome taken) { taken_ = std::move(taken); }
+  void tell(const TakenSome& taken) { taken_ = taken; }
   const rig::ExecShape& shape() const { return shape_; }
   /// Ends the child at once.
   void hang_up() { child_.end({}, {}); }
@@ -234,8 +234,8 @@ std::string ExecProbe::describe() const {
          mirror;
 }
 
-void ExecProbe::tell(TakenSome taken) {
-  conversation_->tell(std::move(taken));
+void ExecProbe::tell(const TakenSome& taken) {
+  conversation_->tell(taken);
 }
 
 Result<std::vector<Radiance>> ExecProbe::measure(std::span<const Pattern> patterns) {
