@@ -21,6 +21,8 @@ import h5py
 import numpy as np
 
 MPIRUN, SYMRIG, MPI, HOWTO = sys.argv[1:5]
+# When a rank dies, mpirun stops the others, and kills them a second later: on a busy computer before they have said a word.
+MPIRUN_PATIENT = [MPIRUN, "--mca", "odls_base_sigkill_timeout", "30"]
 RIG = "sim:vgroove-textured?size=32x32&noise=off"
 NOISY = "sim:vgroove-textured?size=64x64"
 # Of float sums: all pixels of a leaf, all leaves on a pixel's path, four ranks (DealtTransport). The factors of this scene are
@@ -286,7 +288,7 @@ def test_a_rank_that_is_killed(folder):
         (many / f"{k:04}.pfm").symlink_to("../whole.pfm")
     for victim in (1, 0):
         out = folder / f"killed-{victim}"
-        call = [MPIRUN, "-n", "3", MPI, "relight", "scene.h5", "--lights", "many", "--format", "pfm", "-o", str(out)]
+        call = [*MPIRUN_PATIENT, "-n", "3", MPI, "relight", "scene.h5", "--lights", "many", "--format", "pfm", "-o", str(out)]
         with subprocess.Popen(call, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             while process.poll() is None and not list(out.glob("[0-9]*.pfm")):
                 time.sleep(0.01)
@@ -306,7 +308,7 @@ def test_a_rank_that_is_killed_while_it_polishes(folder):
     """The others end with a line each, and there is no file."""
     before = set(os.listdir(folder))
     for victim in (2, 0):
-        call = [MPIRUN, "-n", "3", MPI, "polish", "rough.h5", "--steps", "20", "-o", "no.h5"]
+        call = [*MPIRUN_PATIENT, "-n", "3", MPI, "polish", "rough.h5", "--steps", "20", "-o", "no.h5"]
         with subprocess.Popen(call, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
             while process.poll() is None and not polishing(process):
                 time.sleep(0.01)
