@@ -19,6 +19,10 @@ namespace {
 /// The photograph of each pattern of the sequence; −1: none.
 using Order = std::vector<int>;
 
+/// Of an order that fits, and how many pixels tell that one does not.
+constexpr double kMostMisfit = 0.15;
+constexpr std::size_t kFew = 300;
+
 /// How well an order fits.
 struct Fit {
   double misfit = 1;      ///< rms of the sums of the pairs about their median, share of the contrast
@@ -50,6 +54,11 @@ class Judge {
       handed += columns.of[k][0] * rows.of[k][1] - columns.of[k][1] * rows.of[k][0];
     return {misfit(order, usual), std::min(columns.by_one, rows.by_one), handed < 0};
   }
+  /// By a few of the pixels: most orders are far off, and need no closer look.
+  bool far_off(const Order& order) const {
+    const std::size_t step = clear_.at.size() / kFew + 1;
+    return misfit(order, usual_sums(order, step), step) > 2 * kMostMisfit;
+  }
   /// Whether white and black of an order are in the right places.
   bool ends_are_right(const Order& order) const {
     const GrayCode& code = photographs_.code;
@@ -77,24 +86,24 @@ class Judge {
     return of(order[2 * static_cast<std::size_t>(pair)], pixel) +
            of(order[2 * static_cast<std::size_t>(pair) + 1], pixel);
   }
-  /// Of each clear pixel, over the complete pairs, and white + black.
-  std::vector<float> usual_sums(const Order& order) const {
+  /// Of each clear pixel, or of one in `step`, over the complete pairs, and white + black.
+  std::vector<float> usual_sums(const Order& order, std::size_t step = 1) const {
     std::vector<float> usual, all;
-    usual.reserve(clear_.at.size());
-    for (const std::size_t i : clear_.at) {
+    usual.reserve(clear_.at.size() / step + 1);
+    for (std::size_t k = 0; k < clear_.at.size(); k += step) {
       all.clear();
       for (int pair = 0; pair <= photographs_.code.pairs(); ++pair)
-        if (complete(order, pair)) all.push_back(sum(order, pair, i));
+        if (complete(order, pair)) all.push_back(sum(order, pair, clear_.at[k]));
       usual.push_back(median(all));
     }
     return usual;
   }
-  double misfit(const Order& order, const std::vector<float>& usual) const {
+  double misfit(const Order& order, const std::vector<float>& usual, std::size_t step = 1) const {
     double squares = 0, count = 0;
     for (int pair = 0; pair <= photographs_.code.pairs(); ++pair) {
       if (!complete(order, pair)) continue;
       for (std::size_t k = 0; k < usual.size(); ++k) {
-        squares += std::pow(static_cast<double>(sum(order, pair, clear_.at[k]) - usual[k]), 2);
+        squares += std::pow(static_cast<double>(sum(order, pair, clear_.at[k * step]) - usual[k]), 2);
         count += 1;
       }
     }
@@ -274,7 +283,7 @@ class Orders {
 }  // namespace
 
 std::vector<Cause> find_arrangements(const CodePhotographs& photographs, const ClearPixels& clear) {
-  constexpr double kMostMisfit = 0.15, kFewestNeighbours = 0.75;
+  constexpr double kFewestNeighbours = 0.75;
   constexpr double kBetter = 0.1, kTimes = 3, kAlike = 0.02;
   constexpr std::size_t kFewestClear = 200;
   if (clear.at.size() < kFewestClear || photographs.complements_derived) return {};
@@ -284,6 +293,7 @@ std::vector<Cause> find_arrangements(const CodePhotographs& photographs, const C
   std::vector<std::pair<Fit, const Candidate*>> fitting;
   double best = std::min(given.distance() - kBetter, given.distance() / kTimes) - kAlike;
   for (const Candidate& one : candidates.all()) {
+    if (judge.far_off(one.order)) continue;
     const Fit fit = judge(one.order);
     if (fit.misfit > kMostMisfit || fit.neighbours < kFewestNeighbours || fit.distance() > best + kAlike ||
         !judge.ends_are_right(one.order))
