@@ -92,8 +92,9 @@ void GainEvidence::add(const NodeLevel& level) {
       good[n] = pair_of(level, nodes[n], channel, own, pairs[n]) ? 1 : 0;
     });
     for (std::size_t n = 0; n < nodes.size(); ++n)
-      if (good[n] != 0) pairs_.push_back(pairs[n]);
+      if (good[n] != 0) pairs_.push_back(pairs[n]), pairs_.back().node = nodes_ + n;
   }
+  nodes_ += nodes.size();
 }
 
 GainMismatch GainEvidence::fit() const {
@@ -103,11 +104,14 @@ GainMismatch GainEvidence::fit() const {
   Unknowns found = Unknowns::Zero();
   Square covariance;
   std::vector<double> off(pairs_.size());
+  std::vector<Unknowns> of_node(nodes_);
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t k = 0; k < pairs_.size(); ++k)
       off[k] = pairs_[k].log_ratio - found.dot(Unknowns(pairs_[k].slope.data()));
     const double misfit = std::max(kLeastMisfit, robust_sigma(off, 0));
     Square normal = Square::Zero(), scatter = Square::Zero();
+    // Other light in a node's photographs has most of its colour too: its channels do not err independently.
+    std::fill(of_node.begin(), of_node.end(), Unknowns(Unknowns::Zero()));
     for (int s = 0; s < kGainShapes; ++s) normal(s, s) = 1 / (kPriorShape * kPriorShape);
     normal(kGainShapes, kGainShapes) = 1 / (kPriorVeil * kPriorVeil);
     Unknowns right = -normal * found;
@@ -116,9 +120,10 @@ GainMismatch GainEvidence::fit() const {
       const double weight = tukey_weight(off[k] / std::sqrt(variance)) / variance;
       const Unknowns slope(pairs_[k].slope.data());
       normal += weight * slope * slope.transpose();
-      scatter += std::pow(weight * off[k], 2) * slope * slope.transpose();
+      of_node[pairs_[k].node] += weight * off[k] * slope;
       right += weight * off[k] * slope;
     }
+    for (const Unknowns& one : of_node) scatter += one * one.transpose();
     const Square inverse = normal.inverse();
     found += inverse * right;
     // Parents and children show the same light in photographs of their own; so a pair counts about twice.

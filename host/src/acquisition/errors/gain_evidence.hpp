@@ -35,6 +35,7 @@ class GainEvidence {
   struct Pair {
     std::array<double, kUnknowns> slope{};
     double log_ratio = 0, variance = 0;
+    std::size_t node = 0;  ///< channels of a node have one number
   };
   bool pair_of(const NodeLevel& level, const Node& node, int channel, std::span<const double> own,
                Pair& pair) const;
@@ -43,6 +44,7 @@ class GainEvidence {
   const BlockTree& tree_;
   std::vector<GainShapes> shapes_;  ///< in tree order; empty until a level needs them
   std::vector<Pair> pairs_;
+  std::size_t nodes_ = 0;  ///< that were looked at
 };
 
 }  // namespace symrig::acquisition
