@@ -97,6 +97,16 @@ def test_decode_without_complements():
     assert np.abs(seen.col - whole.col).max() < 1e-3
 
 
+def test_decode_of_a_rear_projection():
+    mirrored = 0.8 * symrig.gray_code((32, 64))[:, :, ::-1] + 0.05
+    with pytest.raises(symrig.InputError, match="mirrored"):
+        symrig.decode(mirrored, projector=(32, 64))
+    seen = symrig.decode(mirrored, projector=(32, 64), mirrored=True)
+    assert seen.decoded_share > 0.8
+    cols = np.broadcast_to(63 - np.arange(64), (32, 64))
+    assert np.abs(seen.col - cols)[seen.mask].max() < 0.5
+
+
 def test_calibrate_then_capture_with_pixels_of_their_own(tmp_path):
     rig = "sim:vgroove-textured?size=16x16&camera=80x80&turn=1.5&zoom=0.78&noise=off"
     steps = []

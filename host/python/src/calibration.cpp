@@ -39,13 +39,12 @@ Result<DecodedMap> decoded(const std::string& source, const CodePhotographs& pho
 }
 
 std::shared_ptr<DecodedMap> decode_folder(const std::string& folder, const py::object& projector,
-                                          bool check_sequence, py::object progress) {
+                                          bool check_sequence, bool mirrored, py::object progress) {
   Caller caller(std::move(progress));
   ReadCodeOptions reading;
   if (!projector.is_none()) reading.projector = grid_of(projector, "projector");
   reading.progress = caller.progress();
-  DecodeOptions options;
-  options.check_sequence = check_sequence;
+  const DecodeOptions options{.check_sequence = check_sequence, .mirrored = mirrored};
   return std::make_shared<DecodedMap>(caller.run([&]() -> Result<DecodedMap> {
     SYMRIG_TRY(const CodePhotographs photographs, read_gray_code_folder(folder, reading));
     return decoded(folder, photographs, options);
@@ -53,13 +52,12 @@ std::shared_ptr<DecodedMap> decode_folder(const std::string& folder, const py::o
 }
 
 std::shared_ptr<DecodedMap> decode_arrays(const FloatArray& stack, const py::object& projector,
-                                          bool check_sequence) {
+                                          bool check_sequence, bool mirrored) {
   std::vector<Image<float>> images = images_of(stack, "the photographs");
   const Grid grid = grid_of(projector, "projector");
   std::vector<std::string> names;
   for (std::size_t k = 0; k < images.size(); ++k) names.push_back(fmt::format("photograph {}", k));
-  DecodeOptions options;
-  options.check_sequence = check_sequence;
+  const DecodeOptions options{.check_sequence = check_sequence, .mirrored = mirrored};
   Caller caller;
   return std::make_shared<DecodedMap>(caller.run([&]() -> Result<DecodedMap> {
     SYMRIG_TRY(const CodePhotographs photographs,

@@ -95,6 +95,7 @@ def decode(
     *,
     projector: Optional[Tuple[int, int]] = None,
     check_sequence: bool = True,
+    mirrored: bool = False,
     progress: Optional["ProgressCallback"] = None,
 ) -> PixelMap:
     """Decodes a Gray-code sequence.
@@ -104,16 +105,17 @@ def decode(
             gray_code(projector). The complements or the row bits may be missing.
         projector: (rows, cols). A folder needs it only if the number of photographs does not tell.
         check_sequence: refuse photographs that contradict each other.
+        mirrored: the photographs show a rear projection, or were taken through a mirror.
         progress: called with a Progress while a folder is read.
 
     Raises:
         InputError: no pixel has enough contrast, the sequence is in a wrong order, ...
     """
     if isinstance(photographs, (str, os.PathLike)):
-        return PixelMap(_symrig.decode_folder(os.fspath(photographs), projector, check_sequence, progress))
+        return PixelMap(_symrig.decode_folder(os.fspath(photographs), projector, check_sequence, mirrored, progress))
     if projector is None:
         raise TypeError("decode() of an array needs projector=(rows, cols)")
-    return PixelMap(_symrig.decode_arrays(np.asarray(photographs, np.float32), projector, check_sequence))
+    return PixelMap(_symrig.decode_arrays(np.asarray(photographs, np.float32), projector, check_sequence, mirrored))
 
 
 def calibrate(rig: str, output: Path = "", *, progress: Optional["ProgressCallback"] = None) -> Dict[str, Any]:
