@@ -11,6 +11,7 @@
 namespace symrig::firmware::interlock_test {
 namespace {
 
+using test::Chatter;
 using test::RawHost;
 using test::Recorder;
 
@@ -88,23 +89,6 @@ TEST(Interlock, opening_it_makes_safe_in_the_same_tick_without_firmware) {
             symrig_wire_RunEnd_RUN_END_FAULT);
 }
 
-/// Turns the inputs 3 and 4 all the time.
-class Chatter final : public board_sim::Peripheral {
- public:
-  explicit Chatter(std::uint64_t period) : period_(period) {}
-  void outputs_changed(std::uint64_t, std::uint32_t, board_sim::SimBoard&) override {}
-  std::uint64_t next_event() const override { return next_; }
-  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override {
-    level_ = !level_;
-    for (const int line : {3, 4}) board.set_input(line, level_);
-    next_ = tick + period_;
-  }
-
- private:
-  std::uint64_t period_, next_ = 1'000;
-  bool level_ = false;
-};
-
 /// Half periods in ticks of 8 ns: 1 kHz to 1 MHz. The host takes no event, so the log of the edges overflows.
 TEST(Interlock, inputs_that_chatter_delay_neither_a_trip_nor_an_abort) {
   for (const std::uint64_t half_period : {62'500, 625, 62})
@@ -112,12 +96,7 @@ TEST(Interlock, inputs_that_chatter_delay_neither_a_trip_nor_an_abort) {
       Bench bench(true);
       Chatter chatter(half_period);
       bench.board.attach(chatter);
-      protocol::BoardConfig config = config_of(true);
-      for (const int line : {3, 4}) {
-        config.lines[line].configured = true;
-        config.lines[line].capture = true;
-      }
-      ASSERT_EQ(bench.host.configure(config), 0U);
+      ASSERT_EQ(bench.host.configure(Chatter::captured(config_of(true))), 0U);
       ASSERT_EQ(bench.host.upload(long_program()), 0U);
       ASSERT_EQ(bench.host.arm(), 0U);
       ASSERT_EQ(bench.host.start(), 0U);

@@ -14,6 +14,7 @@ namespace {
 
 using protocol::BoardConfig;
 using protocol::Op;
+using test::Chatter;
 using test::RawHost;
 using test::Recorder;
 
@@ -153,6 +154,29 @@ TEST(KeepSafe, the_guard_trips_where_validation_was_passed_by) {
   const std::vector<Recorder::Change> expected{{kMs, kLamp | kSafe}, {kMs + 10 * kMs + 1, kSafe}};
   EXPECT_EQ(tail, expected);
   bench.expect_fault(symrig_wire_FaultCode_FAULT_MAX_ON, 2);
+}
+
+/// Half periods in ticks: 1 kHz to 1 MHz.
+TEST(KeepSafe, inputs_that_chatter_delay_neither_the_keep_alive_nor_the_guard) {
+  for (const std::uint64_t half_period : {62'500, 625, 62})
+    for (const bool silent : {true, false}) {
+      Bench bench;
+      Chatter chatter(half_period);
+      bench.board.attach(chatter);
+      const BoardConfig config = Chatter::captured(lamp_config(silent ? 0 : 10 * kMs));
+      if (silent) {
+        bench.run(config, program_of({word(kLamp, 4000 * kMs), end(kSafe)}), 100);
+      } else {
+        ASSERT_EQ(bench.host.configure(config), 0U);
+        bench.board.advance_to(kMs);
+        bench.board.force_segment(kLamp | kSafe, static_cast<std::uint32_t>(50 * kMs));
+      }
+      const std::uint64_t from = bench.board.now(), limit = silent ? 100 * kMs : 10 * kMs + 1;
+      bench.board.advance_to(from + 150 * kMs);
+      EXPECT_EQ(bench.recorder.changes.back(), (Recorder::Change{from + limit, kSafe})) << half_period;
+      bench.expect_fault(silent ? symrig_wire_FaultCode_FAULT_KEEP_ALIVE : symrig_wire_FaultCode_FAULT_MAX_ON,
+                         silent ? 100 : 2);
+    }
 }
 
 TEST(KeepSafe, the_guard_sees_a_rest_that_is_too_short) {

@@ -253,4 +253,31 @@ class Recorder final : public board_sim::Peripheral {
   void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 };
 
+/// Turns the inputs 3 and 4 all the time.
+class Chatter final : public board_sim::Peripheral {
+ public:
+  /// half_period: ticks.
+  explicit Chatter(std::uint64_t half_period) : half_period_(half_period) {}
+  /// The configuration, with the edges of these inputs logged.
+  static protocol::BoardConfig captured(protocol::BoardConfig config) {
+    for (const int line : {3, 4}) {
+      config.lines[line].configured = true;
+      config.lines[line].capture = true;
+    }
+    return config;
+  }
+
+  void outputs_changed(std::uint64_t, std::uint32_t, board_sim::SimBoard&) override {}
+  std::uint64_t next_event() const override { return next_; }
+  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override {
+    level_ = !level_;
+    for (const int line : {3, 4}) board.set_input(line, level_);
+    next_ = tick + half_period_;
+  }
+
+ private:
+  std::uint64_t half_period_, next_ = 1'000;
+  bool level_ = false;
+};
+
 }  // namespace symrig::test
