@@ -228,7 +228,21 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
     return Error{ErrorCode::bad_value,
                  seen + ", and no photograph is brighter than another: the camera does not see the projector",
                  "check lamp, lens cap, shutter and exposure"};
-  return Error{ErrorCode::bad_value, seen, "the order is: column pairs, row pairs, white, black"};
+  std::vector<double> light;
+  for (int k = 0; k < photographs.code.photographs(); ++k)
+    if (!photographs.complements_derived || k % 2 == 0 || k > photographs.code.white())
+      light.push_back(mean(photographs.image(k)));
+  const auto [darkest, brightest] = std::ranges::minmax_element(light);
+  const char* const order = "the order is: column pairs, row pairs, white, black";
+  if (brightest != std::prev(light.end())) return Error{ErrorCode::bad_value, seen, order};
+  if (darkest == std::prev(light.end(), 2))
+    return Error{ErrorCode::bad_value,
+                 seen + ": the two are exchanged, or the projector shows black for white in all patterns",
+                 order};
+  return Error{ErrorCode::bad_value,
+               fmt::format("{}: {} is the brightest of all, so the photographs are one late", seen,
+                           name(photographs.code.black())),
+               order};
 }
 
 Result<void> check_same_size(const CodePhotographs& photographs) {

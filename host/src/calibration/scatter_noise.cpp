@@ -34,12 +34,13 @@ class Windows {
   explicit Windows(const CodePhotographs& photographs)
       : photographs_(photographs), unlit_(kUnlit * largest_contrast(photographs)) {}
 
-  /// Adds the windows of two pairs' patterns.
-  void compare(int pair, int other, std::vector<WindowNoise>& to) const {
+  /// Adds the windows of two pairs' patterns; `anywhere`: also where they do not light the surroundings
+  /// alike.
+  void compare(int pair, int other, bool anywhere, std::vector<WindowNoise>& to) const {
     const Grid grid = photographs_.camera();
     for (int row = kReach; row < grid.rows - kReach; row += kStride)
       for (int col = kReach; col < grid.cols - kReach; col += kStride)
-        if (alike(pair, other, row, col)) to.push_back(noise_of(pair, other, row, col));
+        if (anywhere || alike(pair, other, row, col)) to.push_back(noise_of(pair, other, row, col));
   }
 
  private:
@@ -126,7 +127,9 @@ NoiseLine estimate_scatter_noise(const CodePhotographs& photographs, const std::
   const std::vector<int> pairs = coarse_pairs(photographs.code, held_out);
   const Windows windows(photographs);
   std::vector<WindowNoise> found;
-  for (std::size_t k = 0; k + 1 < pairs.size(); ++k) windows.compare(pairs[k], pairs[k + 1], found);
+  for (std::size_t k = 0; k + 1 < pairs.size(); ++k) windows.compare(pairs[k], pairs[k + 1], false, found);
+  // Where there is nothing but noise, no light is alike.
+  if (found.empty() && pairs.size() > 1) windows.compare(pairs[0], pairs[1], true, found);
   std::ranges::sort(found, {}, &WindowNoise::level);
   constexpr std::size_t kGroups = 8;
   std::vector<NoisePoint> points;

@@ -35,7 +35,8 @@ Sample sample_of(Grid grid) {
   return sample;
 }
 
-/// pattern + complement ≈ gain (white + black), moved by (dcol, drow) camera pixels.
+/// pattern + complement ≈ gain (white + black), moved by (dcol, drow) camera pixels. Without complements:
+/// pattern ≈ gain (white where it is lit, else black).
 struct Match {
   double gain = 1, dcol = 0, drow = 0;
   double shift_sigma = 0;  ///< of the larger of both
@@ -50,14 +51,20 @@ double sum_at(const Image<float>& a, const Image<float>& b, int row, int col) {
 Match match(const CodePhotographs& photographs, int pair, const Sample& sample) {
   const Image<float>&p = photographs.image(2 * pair), &n = photographs.image(2 * pair + 1);
   const Image<float>&w = photographs.white(), &b = photographs.black();
+  const bool alone = photographs.complements_derived;
   Eigen::Matrix3d a = Eigen::Matrix3d::Zero();
   Eigen::Vector3d y = Eigen::Vector3d::Zero();
   double squares = 0, mean = 0, count = 0;
   for (const int r : sample.rows)
     for (const int c : sample.cols) {
-      const double seen = sum_at(p, n, r, c), expected = sum_at(w, b, r, c);
-      const Eigen::Vector3d u(expected, (sum_at(w, b, r, c + 1) - sum_at(w, b, r, c - 1)) / 2,
-                              (sum_at(w, b, r + 1, c) - sum_at(w, b, r - 1, c)) / 2);
+      const bool lit = p.at(r, c) > n.at(r, c);
+      const auto light = [&](int row, int col) {
+        return alone ? static_cast<double>((lit ? w : b).at(row, col)) : sum_at(w, b, row, col);
+      };
+      const double seen = alone ? static_cast<double>(p.at(r, c)) : sum_at(p, n, r, c);
+      const double expected = light(r, c);
+      const Eigen::Vector3d u(expected, (light(r, c + 1) - light(r, c - 1)) / 2,
+                              (light(r + 1, c) - light(r - 1, c)) / 2);
       a += u * u.transpose();
       y += seen * u;
       squares += seen * seen;
@@ -101,6 +108,25 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
       "photograph the sequence again, with everything fixed"};
 }
 
+/// Without complements there are no sums, but patterns from before a movement do not look like white and
+/// black.
+Result<void> check_picture(const SequenceLight& light, const std::vector<Match>& found, double usual) {
+  std::size_t before = 0, others = 0;
+  for (const int pair : light.pairs)
+    if (foreign(found[pair], usual)) ++others;
+  while (before < others && foreign(found[light.pairs[before]], usual)) ++before;
+  if (before == 0 || before < others || before == light.pairs.size()) return {};
+  const CodePhotographs& photographs = light.photographs;
+  const int last = light.pairs[before - 1];
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format(
+          "the patterns up to {} do not look like white and black in their lit and dark parts ({:.0f} % "
+          "off), the later ones do ({:.0f} %): camera or scene has moved or changed after it",
+          photographs.names[2 * static_cast<std::size_t>(last)], 100 * found[last].misfit, 100 * usual),
+      "photograph the sequence again, with everything fixed"};
+}
+
 /// Finds movements of a fraction of a pixel, which hardly change the sums.
 Result<void> check_shifts(const SequenceLight& light) {
   const CodePhotographs& photographs = light.photographs;
@@ -112,6 +138,7 @@ Result<void> check_shifts(const SequenceLight& light) {
     misfits.push_back(found[pair].misfit);
   }
   const double usual = median(misfits);
+  if (photographs.complements_derived) SYMRIG_CHECK(check_picture(light, found, usual));
   for (Match& one : found)
     if (foreign(one, usual)) one = {};  // its shift has no meaning
   return check_movement(photographs, found);

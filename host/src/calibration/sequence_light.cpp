@@ -11,6 +11,19 @@ namespace {
 
 constexpr std::size_t kSample = 20'000;  // lit pixels that are used
 
+/// Whether the patterns differ at a pixel by more than noise. Of derived complements this says more than p −
+/// n, which has the noise of white and black in all pairs.
+bool patterns_differ(const SequenceLight& light, std::size_t pixel) {
+  double sum = 0, squares = 0;
+  for (const int pair : light.pairs) {
+    const double v = light.of(2 * pair, pixel);
+    sum += v, squares += v * v;
+  }
+  const auto n = static_cast<double>(light.pairs.size());
+  constexpr double kSigmas = 8;
+  return squares - sum * sum / n > std::pow(light.sigma(pixel), 2) * (n + kSigmas * std::sqrt(2 * n));
+}
+
 /// Σ (p − n)² of one row of pixels.
 void add_energy(SequenceLight& light, std::size_t begin, std::size_t end) {
   const auto energy = light.amplitude.values();
@@ -24,7 +37,9 @@ void add_energy(SequenceLight& light, std::size_t begin, std::size_t end) {
   for (std::size_t i = begin; i < end; ++i) {
     const double alone =
         std::pow(light.difference_sigma(i), 2) * (n + kSigmas * light.noise.squares_deviation(n));
-    energy[i] = static_cast<double>(energy[i]) > alone ? std::sqrt(energy[i] / static_cast<float>(n)) : 0;
+    const bool lit = static_cast<double>(energy[i]) > alone &&
+                     (!light.photographs.complements_derived || patterns_differ(light, i));
+    energy[i] = lit ? std::sqrt(energy[i] / static_cast<float>(n)) : 0;
   }
 }
 

@@ -284,7 +284,8 @@ class Explanations {
       auto roles = usual();
       roles[k].inverted = true;
       if (derived())
-        add(roles, full(k) + " shows the complement of its pattern", "photograph it again", k);
+        add(roles, full(k) + " shows the complement of its pattern, or camera or scene has moved before it",
+            "photograph the sequence again, with everything fixed", k);
       else
         add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
       roles = usual();

@@ -173,6 +173,7 @@ class Sums {
     constexpr double kLargest =
         0.35;  // of the lit pixels; a pattern differs from white in about half of them
     constexpr double kAgrees = 0.04;
+    if (light_.photographs.complements_derived) return std::nullopt;  // all sums are those of white and black
     const auto& sum = sum_of(light_.photographs.code.pairs());
     double differ = 0, along = 0, square = 0;
     for (std::size_t k = 0; k < sum.size(); ++k) {
