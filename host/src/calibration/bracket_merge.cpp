@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/bracket_merge.hpp"
 
+#include "calibration/bracket_changes.hpp"
 #include "calibration/bracket_order.hpp"
 #include "calibration/sensor_frames.hpp"
 #include "symrig/hdr/merge_stream.hpp"
@@ -198,6 +199,8 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
           fmt::format("{} has {:.3g} times the light of {} by its pixels, {:.3g} times by its exposure",
                       photographs.bracket[ratio.longer].file, ratio.seen,
                       photographs.bracket[ratio.shorter].file, ratio.stated));
+  for (std::string& change : calibration::find_bracket_changes(photographs, frames, merged))
+    merged.warnings.push_back(std::move(change));
   if (merged.camera.doubtful())
     merged.warnings.push_back(
         fmt::format("two methods of recovering the response differ by {:.2g} % of full light: exposures, "

@@ -143,6 +143,18 @@ Result<void> check_raw(const std::vector<Codes>& level, double pedestal,
   return {};
 }
 
+/// Two frames have their own noise each.
+Result<void> check_copies(const std::vector<std::vector<Codes>>& flat) {
+  for (const auto& level : flat)
+    for (std::size_t k = 0; k + 1 < level.size(); ++k)
+      if (std::ranges::equal(level[k], level[k + 1]))
+        return bad_frames(
+            ErrorCode::bad_value,
+            "two flat frames of a level are equal in every pixel, noise included: one frame was taken twice",
+            "take each frame anew");
+  return {};
+}
+
 /// Photons make variances that are a straight line of the light. A tone curve bends it.
 Result<void> check_straight(std::vector<hdr::TransferPoint> points, const hdr::TransferLine& line) {
   constexpr std::size_t kGroups = 6;
@@ -218,6 +230,7 @@ std::string Sensor::to_string() const {
 
 Result<Sensor> measure_sensor(const SensorFrames& frames) {
   SYMRIG_CHECK(check(frames));
+  SYMRIG_CHECK(check_copies(frames.flat));
   hdr::DarkCodes dark_codes;
   for (const Codes& codes : frames.dark) dark_codes.add(codes);
   SYMRIG_CHECK(dark_codes.check());

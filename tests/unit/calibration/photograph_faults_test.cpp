@@ -3,12 +3,11 @@
 // result, or it refuses and names this cause first or second, of at most three. And good photographs of many
 // kinds.
 #include "faulty_photographs.hpp"
+#include "named_causes.hpp"
 #include "scratch.hpp"
-#include "symrig/calibration/bracket_merge.hpp"
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/image/file.hpp"
-#include "unit/hdr/simulated_sensor.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -163,7 +162,7 @@ std::vector<Fault> orders() {
       reorder(p, [&](int k) { return k < j ? k : std::min(k + 1, p.count() - 1); });
     }));
   }
-  for (const int pair : {0, 1, 4, 5, 6, 9})
+  for (const std::size_t pair : {0, 1, 4, 5, 6, 9})
     all.push_back(of_light("swapped pair", {fmt::format("{:02}.png and {:02}.png", 2 * pair, 2 * pair + 1)},
                            [=](Photographs& p) { std::swap(p.light[2 * pair], p.light[2 * pair + 1]); }));
   return all;
@@ -311,30 +310,6 @@ std::vector<Fault> rigs() {
   return all;
 }
 
-/// The first two causes of a refusal, and how many there are.
-std::pair<std::string, std::size_t> first_causes(const std::string& line) {
-  const std::string mark = "possible causes: ", between = "; or ";
-  const auto begin = line.find(mark);
-  if (begin == std::string::npos) return {line, 1};
-  std::size_t count = 1, at = begin, second = std::string::npos;
-  while ((at = line.find(between, at + 1)) != std::string::npos) {
-    ++count;
-    if (count == 3) second = at;
-  }
-  return {line.substr(0, second), count};
-}
-
-void expect_named(const Fault& fault, const std::string& command, const std::string& line) {
-  const auto [causes, count] = first_causes(line);
-  EXPECT_LE(count, 3U) << command << ": " << line;
-  EXPECT_TRUE(std::ranges::any_of(
-      fault.causes, [&](const std::string& one) { return causes.find(one) != std::string::npos; }))
-      << fault.name << ", " << command << ": " << line;
-  if (!fault.moved) {
-    EXPECT_EQ(line.find("moved"), std::string::npos) << fault.name << ", " << command << ": " << line;
-  }
-}
-
 /// Positions are known to 0.75 pixels or better (DecodePolicy::largest_sigma): one in a hundred may be off by
 /// twice that, and at the depth edges the truth itself jumps.
 void expect_right(const Photographs& truth, const PixelMap& map, const std::string& name) {
@@ -376,19 +351,19 @@ TEST_P(PhotographFaults, are_named_or_do_no_harm) {
   CodePhotographs codes = test::coded(all);
   if (fault.codes) fault.codes(codes);
   if (const auto checked = check_gray_code(codes); !checked) {
-    expect_named(fault, "calibrate", checked.error().line());
+    test::expect_named(fault, "calibrate", checked.error().line());
     return;
   }
   const auto map = decode(codes);
   if (map)
     expect_right(all, *map, std::string("calibrate, ") + fault.name);
   else
-    expect_named(fault, "calibrate", map.error().line());
+    test::expect_named(fault, "calibrate", map.error().line());
   const auto fit = fit_first_bounce(codes);
   if (fit)
     expect_right(all, *fit, std::string("fit, ") + fault.name);
   else
-    expect_named(fault, "fit", fit.error().line());
+    test::expect_named(fault, "fit", fit.error().line());
 }
 INSTANTIATE_TEST_SUITE_P(Orders, PhotographFaults, testing::ValuesIn(orders()));
 INSTANTIATE_TEST_SUITE_P(Rigs, PhotographFaults, testing::ValuesIn(rigs()));
@@ -422,6 +397,73 @@ TEST(GoodPhotographs, are_not_refused) {
     options.decode.mirrored = mirrored;
     const auto fit = fit_first_bounce(codes, options);
     EXPECT_TRUE(fit.ok()) << name << ": " << fit.error().line();
+  }
+}
+
+/// Patterns, white and black.
+std::vector<Image<float>> without_complements(const Photographs& all) {
+  const CodePhotographs codes = test::coded(all);
+  std::vector<Image<float>> images;
+  for (int k = 0; k < codes.code.photographs(); ++k)
+    if (k % 2 == 0 || k > codes.code.white()) images.push_back(codes.image(k));
+  return images;
+}
+
+TEST(PhotographsWithoutComplements, faults_are_named) {
+  using Images = std::vector<Image<float>>;
+  struct Partial {
+    const char* name;
+    std::function<void(Images&)> change;
+    std::vector<std::string> causes;
+    bool moved = false;
+  };
+  const std::vector<Partial> faults{
+      {"dark",
+       [](Images& all) { std::fill(all.begin(), all.end() - 1, all.back()); },
+       {"not brighter", "no pixel is brighter"}},
+      {"reversed", [](Images& all) { std::ranges::reverse(all); }, {"the order is", "check the order"}},
+      {"late", [](Images& all) { std::rotate(all.begin(), all.end() - 1, all.end()); }, {"one late"}},
+      {"inverted",
+       [](Images& all) {
+         for (std::size_t k = 0; k + 2 < all.size(); ++k)
+           for (std::size_t i = 0; i < all[k].values().size(); ++i)
+             all[k].values()[i] =
+                 all[all.size() - 2].values()[i] + all.back().values()[i] - all[k].values()[i];
+         std::swap(all[all.size() - 2], all.back());
+       },
+       {"black for white"}},
+      {"mirrored",
+       [](Images& all) {
+         for (auto& one : all)
+           one = looked_up(one, one.grid(), [](int r, int c) { return std::pair(r, 79 - c); });
+       },
+       {"mirrored"}},
+      {"moved",
+       [](Images& all) {
+         for (int k = 0; k < 4; ++k)
+           all[k] = looked_up(all[k], all[k].grid(), [](int r, int c) { return std::pair(r + 3, c + 5); });
+       },
+       {"moved"},
+       true},
+  };
+  const Photographs good = test::photograph({});
+  for (const Partial& fault : faults) {
+    std::vector<Image<float>> images = without_complements(good);
+    fault.change(images);
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < images.size(); ++k) names.push_back(fmt::format("{:02}.png", k));
+    const auto codes = arrange_code_photographs(good.bench.projector, std::move(images), std::move(names));
+    ASSERT_TRUE(codes.ok()) << codes.error().line();
+    const auto checked = check_gray_code(*codes);
+    if (!checked) {
+      test::expect_named(fault, "calibrate", checked.error().line());
+      continue;
+    }
+    const auto map = decode(*codes);
+    if (map)
+      ADD_FAILURE() << fault.name << " is not refused";
+    else
+      test::expect_named(fault, "calibrate", map.error().line());
   }
 }
 
@@ -463,217 +505,6 @@ TEST_F(Folder, one_that_was_taken_twice_is_named) {
   EXPECT_NE(map.error().line().find("08.png shows the same as 07.png: it was taken twice"), std::string::npos)
       << map.error().line();
 }
-
-/// What is wrong with the frames that `merge` and `calibrate --sensor` read.
-struct FrameFault {
-  const char* name;
-  std::function<void(SensorPhotographs&)> bracket, sensor;  ///< empty: it does not apply
-  std::vector<std::string> causes = {};
-};
-
-void PrintTo(const FrameFault& fault, std::ostream* out) {
-  *out << fault.name;
-}
-
-using Codes = SensorPhotographs::Codes;
-
-constexpr Grid kFrame{64, 64};
-
-double shade(int i) {
-  return static_cast<double>(1 + i % 997) / 997;
-}
-
-/// Light of each colour of a mosaic, as a share.
-double no_filter(int /*pixel*/) {
-  return 1;
-}
-double colour_filter(int pixel) {
-  return (pixel / kFrame.cols + pixel) % 2 == 0 ? 0.5 : 1;
-}
-
-/// Frames of a linear camera of 12 bits: 6 dark ones, 5 levels of even light, 4 exposures of a scene.
-SensorPhotographs good_frames(double (*filter)(int) = no_filter) {
-  const NoiseModel noise = NoiseModel::from_electrons({});
-  test::Random random(31);
-  const auto frame = [&](const std::function<double(int)>& light) {
-    Codes codes;
-    for (int i = 0; i < kFrame.size(); ++i)
-      codes.push_back(test::sample(noise, filter(i) * light(i) * noise.full_well(), random));
-    return codes;
-  };
-  SensorPhotographs all;
-  all.grid = kFrame;
-  all.bits = 12;
-  for (int k = 0; k < 6; ++k) all.dark.push_back(frame([](int) { return 0.0; }));
-  for (const double level : {0.1, 0.25, 0.4, 0.55, 0.7})
-    all.flat.push_back({frame([=](int) { return level; }), frame([=](int) { return level; })});
-  for (int k = 0; k < 4; ++k)
-    all.bracket.push_back({frame([=](int i) { return 0.12 * shade(i) * (1 << k); }),
-                           std::chrono::milliseconds(5 << k), fmt::format("{}.png", k)});
-  return all;
-}
-
-void change_codes(SensorPhotographs& all, const std::function<double(double)>& code) {
-  const auto change = [&](Codes& codes) {
-    for (auto& one : codes) one = static_cast<std::uint16_t>(std::lround(std::clamp(code(one), 0.0, 4095.0)));
-  };
-  for (Codes& one : all.dark) change(one);
-  for (auto& level : all.flat)
-    for (Codes& one : level) change(one);
-  for (auto& still : all.bracket) change(still.codes);
-}
-
-/// Each code becomes a weighted sum of itself and of its neighbours in the row.
-void filter_flats(SensorPhotographs& all, double middle) {
-  for (auto& level : all.flat)
-    for (Codes& codes : level) {
-      const Codes old = codes;
-      for (std::size_t i = 1; i + 1 < codes.size(); ++i)
-        codes[i] = static_cast<std::uint16_t>(
-            std::lround(middle * old[i] + (1 - middle) / 2 * (old[i - 1] + old[i + 1])));
-    }
-}
-
-/// The codes of exposure k become those of another one.
-void rearrange(SensorPhotographs& all, const std::vector<std::size_t>& from) {
-  std::vector<Codes> codes;
-  for (const std::size_t k : from) codes.push_back(all.bracket[k].codes);
-  for (std::size_t k = 0; k < codes.size(); ++k) all.bracket[k].codes = codes[k];
-}
-
-std::vector<FrameFault> frame_faults() {
-  using S = SensorPhotographs;
-  const auto clip = [](double at) {
-    return [=](S& all) { change_codes(all, [=](double v) { return std::min(v, at); }); };
-  };
-  const auto gamma = [](S& all) {
-    change_codes(all, [](double v) { return 4095 * std::pow(v / 4095, 1 / 2.2); });
-  };
-  const auto stuck = [](S& all) {
-    for (Codes& one : all.dark) one[700] = 4095;
-    for (auto& level : all.flat)
-      for (Codes& one : level) one[700] = 4095;
-    for (auto& still : all.bracket) still.codes[700] = 4095;
-  };
-  const auto dead_row = [](S& all) {
-    for (auto& level : all.flat)
-      for (Codes& one : level) std::fill(one.begin() + 640, one.begin() + 704, std::uint16_t{64});
-    for (auto& still : all.bracket)
-      std::fill(still.codes.begin() + 640, still.codes.begin() + 704, std::uint16_t{64});
-  };
-  const auto mosaic = [](S& all) { all = good_frames(colour_filter); };
-  const auto dark = [](S& all) {
-    for (auto& level : all.flat)
-      for (std::size_t k = 0; k < level.size(); ++k) level[k] = all.dark[k];
-    for (std::size_t k = 0; k < all.bracket.size(); ++k) all.bracket[k].codes = all.dark[k];
-  };
-  return {
-      {"good", [](S&) {}, [](S&) {}},
-      {"dark", {}, dark, {"no flat level"}},
-      {"clipped at 3000", clip(3000), clip(3000)},
-      {"late",
-       [](S& all) {
-         rearrange(all, {3, 0, 1, 2});
-       },
-       {},
-       {"one late"}},
-      {"doubled",
-       [](S& all) {
-         rearrange(all, {0, 1, 1, 2});
-       },
-       {},
-       {"doubled"}},
-      {"reversed",
-       [](S& all) {
-         rearrange(all, {3, 2, 1, 0});
-       },
-       {},
-       {"reverse order"}},
-      {"exchanged",
-       [](S& all) {
-         rearrange(all, {0, 2, 1, 3});
-       },
-       {},
-       {"exchanged"}},
-      {"automatic exposure",
-       [](S& all) {
-         const S other = good_frames();
-         test::Random random(5);
-         for (auto& still : all.bracket)
-           for (std::size_t i = 0; i < still.codes.size(); ++i)
-             still.codes[i] =
-                 static_cast<std::uint16_t>(other.bracket[2].codes[i] + std::lround(3 * random.normal()));
-       },
-       {},
-       {"automatic exposure"}},
-      {"gamma", {}, gamma, {"gamma"}},
-      {"sharpened", {}, [](S& all) { filter_flats(all, 2); }, {"sharpened"}},
-      {"denoised, JPEG", {}, [](S& all) { filter_flats(all, 0.5); }, {"denoised or JPEG"}},
-      {"bands",
-       {},
-       [](S& all) {
-         for (auto& level : all.flat)
-           for (std::size_t k = 0; k < level.size(); ++k)
-             for (std::size_t i = 0; i < level[k].size(); ++i)
-               level[k][i] = static_cast<std::uint16_t>(std::lround(
-                   level[k][i] *
-                   (1 + 0.05 * std::sin(0.4 * static_cast<double>(i / 64) + 2.0 * static_cast<double>(k)))));
-       },
-       {"bands"}},
-      {"stuck pixel", stuck, stuck},
-      {"dead row", dead_row, dead_row},
-      {"cut black",
-       {},
-       [](S& all) { change_codes(all, [](double v) { return v - 62; }); },
-       {"cut at code 0"}},
-      {"mosaic as grey", {}, mosaic},
-  };
-}
-
-class FrameFaults : public testing::TestWithParam<FrameFault> {};
-
-/// The scene's shades to a twentieth where pixels are valid: 1 % of photon noise, at five sigmas.
-TEST_P(FrameFaults, are_named_or_do_no_harm_to_a_bracket) {
-  const FrameFault& fault = GetParam();
-  if (!fault.bracket) return;  // it does not apply
-  SensorPhotographs all = good_frames();
-  fault.bracket(all);
-  KnownCamera known;
-  known.sensor.emplace();
-  known.sensor->noise = NoiseModel::from_electrons({});
-  const auto merged = merge_bracket(all, known);
-  if (!merged) {
-    expect_named(Fault{fault.name, {}, {}, fault.causes}, "merge", merged.error().line());
-    return;
-  }
-  EXPECT_TRUE(merged->warnings.empty() == (std::string(fault.name) != "clipped at 3000"));
-  double wrong = 0;
-  for (int i = 0; i < kFrame.size(); ++i) {
-    if (merged->radiance.valid.values()[i] == 0 || shade(i) < 0.3) continue;
-    const double truth = 0.12 * shade(i) * known.sensor->noise.full_well() / 5e-3;
-    wrong += std::abs(static_cast<double>(merged->radiance.mean.values()[i]) / truth - 1) > 0.1 ? 1 : 0;
-  }
-  EXPECT_LE(wrong, 64) << fault.name;  // a dead row
-}
-
-/// Gain and read noise to five of the sigmas that are stated.
-TEST_P(FrameFaults, are_named_or_do_no_harm_to_a_sensor) {
-  const FrameFault& fault = GetParam();
-  if (!fault.sensor) return;  // it does not apply
-  SensorPhotographs all = good_frames();
-  all.bracket.clear();
-  fault.sensor(all);
-  const auto found = examine_sensor(all);
-  if (!found) {
-    expect_named(Fault{fault.name, {}, {}, fault.causes}, "sensor", found.error().line());
-    return;
-  }
-  const NoiseModel noise = NoiseModel::from_electrons({});
-  EXPECT_NEAR(found->sensor->noise.gain() / noise.gain(), 1, 5 * found->sensor->gain_sigma) << fault.name;
-  EXPECT_NEAR(found->sensor->noise.read_noise() / noise.read_noise(), 1, 5 * found->sensor->read_noise_sigma)
-      << fault.name;
-}
-INSTANTIATE_TEST_SUITE_P(Frames, FrameFaults, testing::ValuesIn(frame_faults()));
 
 }  // namespace
 }  // namespace symrig::photograph_faults_test
