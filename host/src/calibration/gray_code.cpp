@@ -77,7 +77,8 @@ void follow_the_counter(std::vector<fs::path>& pictures) {
   for (std::size_t k = 1; k < pictures.size(); ++k)
     if (number_in(pictures[k]) != number_in(pictures[k - 1]) + 1) gaps.push_back(k);
   if (gaps.size() == 1)
-    std::ranges::rotate(pictures, pictures.begin() + static_cast<std::ptrdiff_t>(gaps.front()));
+    std::rotate(pictures.begin(), pictures.begin() + static_cast<std::ptrdiff_t>(gaps.front()),
+                pictures.end());
 }
 
 /// raw: whether .raw files count as pictures.

@@ -78,7 +78,7 @@ class Judge {
 
  private:
   float of(int photograph, std::size_t pixel) const { return photographs_.image(photograph).values()[pixel]; }
-  bool complete(const Order& order, int pair) const {
+  static bool complete(const Order& order, int pair) {
     return order[2 * static_cast<std::size_t>(pair)] >= 0 &&
            order[2 * static_cast<std::size_t>(pair) + 1] >= 0;
   }

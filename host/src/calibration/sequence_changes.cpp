@@ -207,7 +207,7 @@ class Changes {
             continue;
           }
           const std::size_t i = clear_.at[k];
-          const double x = static_cast<double>(of(first, i) + of(first + 1, i) - usual_[k]);
+          const auto x = static_cast<double>(of(first, i) + of(first + 1, i) - usual_[k]);
           lines[band_of(i, kBands)].add(x, 0, y);
         }
       }

@@ -181,7 +181,8 @@ Result<void> check_centred(const SequenceLight& light, const Reach& reach) {
         "show a code that begins at 0 (gray_code_patterns() makes it); another projector size does not help";
     if (!axis.swapped) return Error{ErrorCode::bad_value, where + centred, begin_at_0};
     return Error{ErrorCode::bad_value,
-                 where + (reach.mirrored ? swapped + ", or " + centred : centred + ", or " + swapped),
+                 fmt::format("{}{}, or {}", where, reach.mirrored ? swapped : centred,
+                             reach.mirrored ? centred : swapped),
                  reach.mirrored ? "exchange the two files; or " + begin_at_0
                                 : begin_at_0 + "; or exchange the two files"};
   }

@@ -142,19 +142,19 @@ double predicted_position(const std::vector<Choice>& choices, Grid grid, int row
 }  // namespace
 
 double typical_scale(const RawMap& map) {
-  constexpr int kApart = 8, kStride = 5;
+  constexpr int kSpan = 8, kStride = 5;
   const Grid grid = map.grid();
   std::vector<double> slopes;
-  for (int row = 0; row + kApart < grid.rows; row += kStride) {
-    for (int col = 0; col + kApart < grid.cols; col += kStride) {
-      if (!map.mask.at(row, col) || !map.mask.at(row, col + kApart) || !map.mask.at(row + kApart, col))
+  for (int row = 0; row + kSpan < grid.rows; row += kStride) {
+    for (int col = 0; col + kSpan < grid.cols; col += kStride) {
+      if (!map.mask.at(row, col) || !map.mask.at(row, col + kSpan) || !map.mask.at(row + kSpan, col))
         continue;
       double largest = 0;
       for (const auto& position : map.position)
         largest = std::max(
-            {largest, std::abs(static_cast<double>(position.at(row, col + kApart) - position.at(row, col))),
-             std::abs(static_cast<double>(position.at(row + kApart, col) - position.at(row, col)))});
-      slopes.push_back(largest / kApart);
+            {largest, std::abs(static_cast<double>(position.at(row, col + kSpan) - position.at(row, col))),
+             std::abs(static_cast<double>(position.at(row + kSpan, col) - position.at(row, col)))});
+      slopes.push_back(largest / kSpan);
     }
   }
   return slopes.empty() ? 1 : quantile(slopes, 0.5);
