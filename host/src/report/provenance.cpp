@@ -63,10 +63,10 @@ std::vector<std::string> differences_of_scene(const std::string& captured, const
   return differences(*file, *given);
 }
 
-std::string other_scene_warning(const std::string& of, const std::vector<std::string>& differs) {
-  if (differs.empty()) return "";
+std::string other_scene_warning(const std::string& of, const std::vector<std::string>& differences) {
+  if (differences.empty()) return "";
   return fmt::format("{} was captured from another scene: {}; the errors include this difference", of,
-                     fmt::join(differs, ", "));
+                     fmt::join(differences, ", "));
 }
 
 }  // namespace symrig
