@@ -116,12 +116,19 @@ class StagesTest(unittest.TestCase):
         self.assertEqual(last, "24 passed, 0 failed, 3 skipped")
 
     def test_a_full_run_with_a_failure_proves_nothing(self):
-        self.tree.program(self.tree.root / "tools" / "check-tidy", "check-tidy", code=1)
+        self.tree.ctest(FAILED_REPORT, 8)
         code, called, last = self.tree.run("--full")
         self.assertEqual(code, 1)
         self.assertNotIn("prove", called)
         self.assertIn("fuzz_frame", called)
-        self.assertEqual(last, "23 passed, 1 failed, 3 skipped")
+        self.assertIn(" failed, 3 skipped", last)
+
+    def test_findings_of_clang_tidy_end_a_full_run_before_its_tests(self):
+        self.tree.program(self.tree.root / "tools" / "check-tidy", "check-tidy", code=1)
+        code, called, last = self.tree.run("--full")
+        self.assertEqual(code, 1)
+        self.assertNotIn("ctest", called)
+        self.assertEqual(last, "1 passed, 1 failed, 0 skipped")
 
     def test_what_is_asked_for_by_name_runs_alone(self):
         code, called, last = self.tree.run("--filter", "words")
