@@ -54,6 +54,7 @@ Result<double> flicker_of(Probe& rig) {
   SYMRIG_TRY(const std::vector<Radiance> seen, rig.measure(white));
   if (seen.empty()) return 0;
   std::vector<double> light;
+  light.reserve(seen.size());
   double variance = 0;
   for (const Radiance& one : seen)
     light.push_back(std::accumulate(one.mean.values().begin(), one.mean.values().end(), 0.0));
