@@ -119,6 +119,7 @@ void filter_flats(SensorPhotographs& all, double middle) {
 /// The codes of exposure k become those of another one.
 void rearrange(SensorPhotographs& all, const std::vector<std::size_t>& from) {
   std::vector<Codes> codes;
+  codes.reserve(from.size());
   for (const std::size_t k : from) codes.push_back(all.bracket[k].codes);
   for (std::size_t k = 0; k < codes.size(); ++k) all.bracket[k].codes = codes[k];
 }

@@ -35,6 +35,7 @@ void change_each(Image<float>& image, const std::function<double(double)>& value
 /// Photograph k becomes what photograph from(k) was.
 void reorder(Photographs& all, const std::function<int(int)>& from) {
   std::vector<Image<float>> light;
+  light.reserve(all.light.size());
   for (int k = 0; k < all.count(); ++k) light.push_back(all.light[from(k)]);
   all.light = std::move(light);
 }
@@ -210,8 +211,8 @@ std::vector<Fault> rigs() {
       of_light("flicker", {"flickers"},
                [](Photographs& p) {
                  std::uint64_t n = 77;
-                 std::vector<double> g;
-                 for (int k = 0; k < p.count(); ++k) g.push_back(1 + 0.2 * test::normal(n));
+                 std::vector<double> g(p.light.size());
+                 for (double& one : g) one = 1 + 0.2 * test::normal(n);
                  scale(p, [&](int, int k) { return g[k]; });
                }),
       of_light("automatic exposure", {"automatic"},

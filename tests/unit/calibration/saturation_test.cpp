@@ -53,6 +53,7 @@ CodePhotographs taken(const std::vector<Image<float>>& light, const GrayCode& co
 std::vector<Image<float>> light_of(const test::SyntheticScene& scene) {
   const GrayCode code(scene.projector);
   std::vector<Image<float>> light;
+  light.reserve(code.photographs());
   for (int k = 0; k < code.photographs(); ++k) light.push_back(test::photograph(scene, code.pattern(k)));
   return light;
 }
@@ -61,6 +62,7 @@ std::vector<Image<float>> light_of(const test::SyntheticScene& scene) {
 std::vector<Image<float>> two_values() {
   const GrayCode code({80, 100});
   std::vector<Image<float>> light;
+  light.reserve(code.photographs());
   for (int k = 0; k < code.photographs(); ++k) {
     Image<float> image = code.pattern(k);
     for (int r = 0; r < 80; ++r)
