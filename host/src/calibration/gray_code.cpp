@@ -240,10 +240,12 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
     return Error{ErrorCode::bad_value,
                  seen + ": the two are exchanged, or the projector shows black for white in all patterns",
                  order};
-  return Error{ErrorCode::bad_value,
-               fmt::format("{}: {} is the brightest of all, so the photographs are one late", seen,
-                           name(photographs.code.black())),
-               order};
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format(
+          "{}: {} is the brightest of all, so the photographs are one late, or other light was on in it",
+          seen, name(photographs.code.black())),
+      order};
 }
 
 Result<void> check_same_size(const CodePhotographs& photographs) {

@@ -56,9 +56,9 @@ Result<LightMask> find_light(const CodePhotographs& photographs, const DecodeOpt
                                      static_cast<double>(pixels));
   if (static_cast<double>(lit) > std::min(chance, 0.5 * static_cast<double>(pixels))) return light;
   return Error{ErrorCode::bad_value,
-               fmt::format("no pixel is brighter in white than in black by {:.3g} (the noise is {:.3g}){}",
+               fmt::format("no pixel is brighter in white than in black by {:.3g}{} (the noise is {:.3g})",
                            options.policy.contrast_sigmas * std::numbers::sqrt2 * light.noise.rms,
-                           light.noise.rms, lit == 0 ? "" : fmt::format(" but {} by chance", lit)),
+                           lit == 0 ? "" : fmt::format(", but for {} by chance", lit), light.noise.rms),
                "use a longer exposure, or darken the room"};
 }
 

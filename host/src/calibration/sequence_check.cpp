@@ -111,13 +111,12 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
 /// Without complements there are no sums, but patterns from before a movement do not look like white and
 /// black.
 Result<void> check_picture(const SequenceLight& light, const std::vector<Match>& found, double usual) {
-  std::size_t before = 0, others = 0;
-  for (const int pair : light.pairs)
-    if (foreign(found[pair], usual)) ++others;
-  while (before < others && foreign(found[light.pairs[before]], usual)) ++before;
-  if (before == 0 || before < others || before == light.pairs.size()) return {};
+  const auto other = [&](int pair) { return foreign(found[pair], usual); };
+  if (!std::ranges::is_partitioned(light.pairs, other)) return {};
+  const auto after = std::ranges::partition_point(light.pairs, other);
+  if (after == light.pairs.begin() || after == light.pairs.end()) return {};
   const CodePhotographs& photographs = light.photographs;
-  const int last = light.pairs[before - 1];
+  const int last = *std::prev(after);
   return Error{
       ErrorCode::bad_value,
       fmt::format(
