@@ -143,15 +143,16 @@ Result<void> check_raw(const std::vector<Codes>& level, double pedestal,
   return {};
 }
 
-/// Two frames have their own noise each.
+/// Two frames have their own noise each. Frames of one value are saturated, and may be equal.
 Result<void> check_copies(const std::vector<std::vector<Codes>>& flat) {
   for (const auto& level : flat)
     for (std::size_t k = 0; k + 1 < level.size(); ++k)
-      if (std::ranges::equal(level[k], level[k + 1]))
-        return bad_frames(
-            ErrorCode::bad_value,
-            "two flat frames of a level are equal in every pixel, noise included: one frame was taken twice",
-            "take each frame anew");
+      if (std::ranges::equal(level[k], level[k + 1]) &&
+          robust_sigma(std::vector<double>(level[k].begin(), level[k].end())) > 0)
+        return bad_frames(ErrorCode::bad_value,
+                          "two flat frames of a level are equal in every pixel: one frame was taken twice, "
+                          "or the camera shows no noise",
+                          "take each frame anew");
   return {};
 }
 
