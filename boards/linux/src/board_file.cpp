@@ -189,7 +189,7 @@ class Reader {
     constexpr std::array<std::string_view, 4> kNames{"as-is", "up", "down", "off"};
     std::string name(kNames[0]);
     keys.text("bias", name, 8);
-    const auto found = std::find(kNames.begin(), kNames.end(), name);
+    const auto* const found = std::find(kNames.begin(), kNames.end(), name);
     if (found == kNames.end())
       return keys.fail_value("bias", name, fmt::format("{}", fmt::join(kNames, ", ")));
     out = static_cast<Bias>(found - kNames.begin());

@@ -52,7 +52,7 @@ class Aligning {
     if (!light && light.error().code != ErrorCode::wrong_light) return light;
     // The updates that were measured are not lost by the last one.
     if (light || !lines_.empty()) SYMRIG_CHECK(write_json());
-    SYMRIG_CHECK(light);
+    if (!light) return light;
     return ended_ ? Result<void>() : good_enough();
   }
 

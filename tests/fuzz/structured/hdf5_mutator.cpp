@@ -57,7 +57,7 @@ void Hdf5File::find_sum_of_heap_block(std::size_t begin) {
         return sums_.push_back(sum);
 }
 
-std::uint32_t Hdf5File::sum_of(const std::string& bytes, const Sum& sum) const {
+std::uint32_t Hdf5File::sum_of(const std::string& bytes, const Sum& sum) {
   std::string part = bytes.substr(sum.begin, sum.end - sum.begin);
   if (sum.at < sum.end) part.replace(sum.at - sum.begin, 4, 4, '\0');
   return tensor::h5::lookup3(span_of(part, 0, part.size()));
@@ -92,7 +92,7 @@ Hdf5Change Hdf5File::any_change(Random& random) const {
                                                                 size - 1, size + 1, ~std::uint64_t{0}});
       break;
     case 1:
-      change.number = old ^ std::uint64_t{1} << below(random, 8 * change.bytes);
+      change.number = old ^ std::uint64_t{1} << below(random, std::uint64_t{8} * change.bytes);
       break;
     default:
       change.number = static_cast<std::uint64_t>(other_integer(random, static_cast<std::int64_t>(old)));

@@ -41,7 +41,7 @@ class Hdf5File {
   };
   void find_sum(std::size_t begin);
   void find_sum_of_heap_block(std::size_t begin);
-  std::uint32_t sum_of(const std::string& bytes, const Sum& sum) const;
+  static std::uint32_t sum_of(const std::string& bytes, const Sum& sum);
   Hdf5Change any_change(Random& random) const;
 
   std::string bytes_;

@@ -16,7 +16,7 @@ constexpr double kLitSigma = 1e-3;
 
 /// The photographs of a good rig, spoiled.
 Result<CaptureResult> capture_spoiled(const std::function<void(Radiance&)>& spoil,
-                                      CaptureOptions options = {}) {
+                                      const CaptureOptions& options = {}) {
   const DenseTransport scene = facing_planes(kLit);
   DenseProbe probe(scene, kLitSigma);
   probe.spoil = spoil;
@@ -56,8 +56,8 @@ TEST(LightCheck, a_good_rig_is_asked_for_no_photograph_more) {
 TEST(LightCheck, a_mirrored_picture_is_named_unless_transport_is_symmetric_all_the_same) {
   const auto mirror = [](Radiance& photograph) {
     for (int row = 0; row < kLit.rows; ++row)
-      std::ranges::reverse(
-          photograph.mean.plane(0).subspan(static_cast<std::size_t>(row * kLit.cols), kLit.cols));
+      std::ranges::reverse(photograph.mean.plane(0).subspan(
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(kLit.cols), kLit.cols));
   };
   expect_cause(capture_spoiled(mirror), "mirrored left to right");
   const DenseTransport wall(kLit, [](int i, int j) { return i == j ? 0.5 : 0.0; });
