@@ -4,10 +4,13 @@
 
 #include "dense_scene.hpp"
 #include "judged_capture.hpp"
+#include "symrig/acquisition/forwarding_probe.hpp"
 #include "workbench.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -89,6 +92,41 @@ TEST(GainMismatch, is_part_of_the_estimated_errors) {
   EXPECT_NEAR(said.flood / seen.truth.flood, 1, 0.2);
   EXPECT_NEAR(said.bar_indirect / seen.truth.bar_indirect, 1, 0.2);
   EXPECT_NEAR(said.relight_bar / seen.truth.relight_bar, 1, 0.2);
+}
+
+/// A camera that answers each photograph in three equal channels.
+class ThreeEqualChannels final : public ForwardingProbe {
+ public:
+  using ForwardingProbe::ForwardingProbe;
+  int channels() const override { return 3; }
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern>,
+                                     Result<std::vector<Radiance>> photographs) override {
+    if (!photographs) return photographs;
+    for (Radiance& one : *photographs)
+      one = {repeated(one.mean), repeated(one.variance), repeated(one.valid)};
+    return photographs;
+  }
+  template <class T>
+  static Image<T> repeated(const Image<T>& image) {
+    Image<T> three(image.grid(), 3);
+    for (int channel = 0; channel < 3; ++channel)
+      std::ranges::copy(image.plane(0), three.plane(channel).begin());
+    return three;
+  }
+};
+
+// What a node's photographs hold of other light is in all its channels: three of them know no more than one.
+TEST(GainMismatch, channels_are_no_evidence_of_their_own) {
+  const tests::DenseTransport scene = tests::facing_planes(kGrid);
+  tests::DenseProbe one(scene, kNoise), other(scene, kNoise);
+  ThreeEqualChannels three(other);
+  const auto alone = capture(one, tests::default_options()),
+             together = capture(three, tests::default_options());
+  ASSERT_TRUE(alone.ok() && together.ok());
+  // Independent channels would leave 1 / sqrt(3).
+  EXPECT_NEAR(together->gain_mismatch.sigma / alone->gain_mismatch.sigma, 1, 0.2);
 }
 
 class Coaxial : public testing::TestWithParam<const char*> {};
