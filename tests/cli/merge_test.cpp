@@ -121,11 +121,14 @@ TEST_F(Merge, colours_stay_colours) {
   EXPECT_NEAR(all(2) / all(0), 0.25, 0.03);
 }
 
-TEST_F(Merge, an_exposure_that_the_photographs_contradict_is_named) {
+TEST_F(Merge, an_exposure_that_the_photographs_contradict_is_refused) {
   write_dark_and_flat();
   write_bracket({}, 0.8);
   write_toml();
-  const Outcome outcome = symrig({"merge", "frames", "-o", "r.exr", "--json", "m.json"});
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput,
+                 {"still3.png has 1.6 times the light of still2.png by its pixels, 2 times by its exposure",
+                  "--unchecked"});
+  const Outcome outcome = symrig({"merge", "frames", "-o", "r.exr", "--json", "m.json", "--unchecked"});
   ASSERT_EQ(outcome.code, 0);
   EXPECT_NE(
       outcome.err.find(
@@ -134,6 +137,26 @@ TEST_F(Merge, an_exposure_that_the_photographs_contradict_is_named) {
       << outcome.err;
   EXPECT_EQ(json("m.json").at("warnings").size(), 1U);
   EXPECT_TRUE(json("m.json").at("ratios").at(2).at("wrong").get<bool>());
+}
+
+TEST_F(Merge, an_exposure_that_is_wrong_by_little_is_named) {
+  write_dark_and_flat();
+  write_bracket({}, 0.94);  // as 1/60 s, which is 1/64 s
+  write_toml();
+  const Outcome outcome = symrig({"merge", "frames", "-o", "r.exr", "--json", "m.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("warning: still3.png has 1.88 times the light of still2.png"), std::string::npos)
+      << outcome.err;
+}
+
+TEST_F(Merge, a_bracket_without_light_is_refused) {
+  write_dark_and_flat();
+  for (int k = 0; k < 3; ++k) {
+    write_frame(fmt::format("black{}.png", k), [](std::size_t) { return 0.0; });
+    toml_ += fmt::format("[[sensor.bracket]]\nfile = \"black{}.png\"\nexposure = \"{} ms\"\n", k, 5 << k);
+  }
+  write_toml();
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput, {"light"});
 }
 
 /// Two measurements of one scene with other noise differ as their variances say.
@@ -213,9 +236,8 @@ TEST_F(Merge, a_lamp_that_flickers_contradicts_no_exposure) {
   for (std::size_t k = toml.find(stated); k != std::string::npos; k = toml.find(stated, k + wrong.size()))
     toml.replace(k, stated.size(), wrong);
   write_text(path("kept/capture.toml"), toml);
-  const Outcome told = symrig({"merge", "kept", "-o", "r.exr", "--sensor", "sensor.toml"});
-  ASSERT_EQ(told.code, 0) << told.err;
-  EXPECT_NE(told.err.find("times the light of"), std::string::npos) << told.err;
+  expect_refusal({"merge", "kept", "-o", "told.exr", "--sensor", "sensor.toml"}, kBadInput,
+                 {"times the light of"});
 }
 
 TEST_F(Merge, what_cannot_be_merged_is_refused_before_anything_is_written) {

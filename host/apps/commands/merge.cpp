@@ -27,6 +27,7 @@ namespace {
 
 struct MergeArguments {
   std::string folder, output, variance, valid, sensor, response, json;
+  bool unchecked = false;
 };
 
 Result<KnownCamera> camera_of(const MergeArguments& arguments) {
@@ -141,7 +142,8 @@ Result<void> run(const MergeArguments& arguments) {
   SYMRIG_TRY(const BracketFolder read,
              read_bracket_folder(arguments.folder, std::move(known), meter->progress()));
   const SensorPhotographs& photographs = read.photographs;
-  SYMRIG_TRY(const MergedBracket merged, merge_bracket(photographs, read.camera));
+  SYMRIG_TRY(const MergedBracket merged,
+             merge_bracket(photographs, read.camera, {.unchecked = arguments.unchecked}));
   meter.reset();
   if (interrupted())
     return Error{ErrorCode::interrupted, "stopped before the pictures were written", "run it again"};
@@ -175,6 +177,9 @@ Job add_merge(CLI::App& command) {
                   "The camera is not linear: its curve, by symrig calibrate")
       ->type_name("response.toml")
       ->excludes(sensor);
+  command.add_flag(
+      "--unchecked", arguments->unchecked,
+      "Merge photographs even if they contradict their exposures or each other; the result may be wrong");
   add_json(command, arguments->json);
   add_progress(command);
   command.footer(
@@ -199,7 +204,7 @@ Job add_merge(CLI::App& command) {
           "light that gives the largest code in one second.\n"
           "\n"
           "Frames that symrig calibrate --sensor --rig kept measure the camera and are merged too.\n"
-          "A warning names exposures that contradict the photographs.\n"
+          "Exposures that contradict the photographs are refused, or named in a warning if it is by little.\n"
           "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };

@@ -5,17 +5,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig::calibration {
 namespace {
 
-/// A pixel that both exposures see well: its row, and how far its light is from what the other exposure
-/// expects, as a share.
+/// A sample that both exposures see well: its number, its row, and how far its light is from what the other
+/// exposure expects, as a share.
 struct LightChange {
-  std::int64_t row;
+  std::size_t at;
+  std::size_t row;
   double share;
 };
 
@@ -41,15 +43,12 @@ class ClearCodes {
 
 std::vector<LightChange> light_changes(const SensorPhotographs& photographs, const ClearCodes& codes,
                                        const Frame& shorter, const Frame& longer, double ratio) {
-  constexpr std::size_t kMost = 500'000;
-  const std::size_t step = shorter.raw.size() / kMost + 1;
-  const auto width =
-      static_cast<std::size_t>(photographs.grid.cols) * static_cast<std::size_t>(photographs.channels);
+  const auto width = static_cast<std::size_t>(photographs.grid.cols);
   std::vector<LightChange> all;
-  for (std::size_t i = 0; i < shorter.raw.size(); i += step) {
+  for (std::size_t i = 0; i < shorter.raw.size(); ++i) {
     if (!codes.clear(shorter.raw[i]) || !codes.clear(longer.raw[i])) continue;
     const double expected = ratio * codes.light(shorter.raw[i]);
-    all.push_back({static_cast<std::int64_t>(i / width), codes.light(longer.raw[i]) / expected - 1});
+    all.push_back({i, i / width, codes.light(longer.raw[i]) / expected - 1});
   }
   return all;
 }
@@ -72,36 +71,42 @@ Bands bands_of(const std::vector<LightChange>& all) {
     for (; end < all.size() && all[end].row == all[k].row; ++end) row.push_back(all[end].share);
     const double gain = median(row);
     squares += (gain - usual) * (gain - usual) * static_cast<double>(row.size());
-    for (; k < end; ++k) bands.left.push_back({all[k].row, all[k].share - gain});
+    for (; k < end; ++k) bands.left.push_back({all[k].at, all[k].row, all[k].share - gain});
   }
   bands.rms = std::sqrt(squares / static_cast<double>(all.size()));
   return bands;
 }
 
-/// The spread of most pixels, and the share of those that differ by a tenth of their light and by more than
-/// noise. Noise is 3 % at most where codes are clear; a wider spread is none.
-struct Change {
-  double spread = 0, changed = 0;
+/// The spread of most samples, and those that differ by a tenth of their light and by more than noise. Noise
+/// is 3 % at most where codes are clear; a wider spread is none.
+struct LightScatter {
+  double sigma = 0;
+  std::vector<std::size_t> changed;  ///< samples
+  double share_changed = 0;
 };
-Change change_of(const std::vector<LightChange>& all) {
+LightScatter light_scatter(const std::vector<LightChange>& all) {
   constexpr double kSigmas = 6, kTenth = 0.1, kMostNoise = 0.03;
   std::vector<double> shares;
   shares.reserve(all.size());
   for (const LightChange& one : all) shares.push_back(one.share);
-  const double usual = median(shares), spread = robust_sigma(shares);
-  const double least = kSigmas * std::min(spread, kMostNoise) + kTenth;
-  const auto changed = std::ranges::count_if(shares, [&](double v) { return std::abs(v - usual) > least; });
-  return {spread, static_cast<double>(changed) / static_cast<double>(shares.size())};
+  const double usual = median(shares);
+  LightScatter spread;
+  spread.sigma = robust_sigma(shares);
+  const double least = kSigmas * std::min(spread.sigma, kMostNoise) + kTenth;
+  for (const LightChange& one : all)
+    if (std::abs(one.share - usual) > least) spread.changed.push_back(one.at);
+  spread.share_changed = static_cast<double>(spread.changed.size()) / static_cast<double>(all.size());
+  return spread;
 }
 
 }  // namespace
 
-std::vector<std::string> find_bracket_changes(const SensorPhotographs& photographs,
-                                              std::span<const Frame> frames, const MergedBracket& merged) {
+std::vector<BracketChange> find_bracket_changes(const SensorPhotographs& photographs,
+                                                std::span<const Frame> frames, const MergedBracket& merged) {
   constexpr std::size_t kFewest = 200;
-  constexpr double kBands = 0.03, kPart = 0.01;
+  constexpr double kBands = 0.03, kPart = 0.01, kMostPart = 0.3;
   const ClearCodes codes(photographs, merged.camera);
-  std::vector<std::string> found;
+  std::vector<BracketChange> found;
   for (const ExposureRatio& ratio : merged.ratios) {
     const std::vector<LightChange> all =
         light_changes(photographs, codes, frames[ratio.shorter], frames[ratio.longer], ratio.seen);
@@ -109,17 +114,20 @@ std::vector<std::string> find_bracket_changes(const SensorPhotographs& photograp
     const std::string &longer = photographs.bracket[ratio.longer].file,
                       &shorter = photographs.bracket[ratio.shorter].file;
     const Bands bands = bands_of(all);
-    const Change change = change_of(all), left = change_of(bands.left);
-    if (bands.rms > std::max(kBands, left.spread) && left.changed <= kPart)
-      found.push_back(
-          fmt::format("{} and {} differ in bands, by {:.0f} % rms from row to row: the light flickers "
-                      "(rolling shutter); expose for "
-                      "whole periods of the lamp, or use a steady one",
-                      longer, shorter, 100 * bands.rms));
-    else if (change.changed > kPart && !ratio.wrong())  // a wrong ratio has told already
-      found.push_back(fmt::format(
-          "{:.0f} % of the pixels have another light in {} than in {}: something has moved or changed there",
-          100 * change.changed, longer, shorter));
+    LightScatter spread = light_scatter(all);
+    const LightScatter left = light_scatter(bands.left);
+    if (bands.rms > std::max(kBands, left.sigma) && left.share_changed <= kPart)
+      found.push_back({.what = fmt::format("{} and {} differ in bands, by {:.0f} % rms from row to row: the "
+                                           "light flickers (rolling shutter)",
+                                           longer, shorter, 100 * bands.rms),
+                       .everywhere = true,
+                       .values = {}});
+    else if (spread.share_changed > kPart && !ratio.wrong())  // a wrong ratio has told already
+      found.push_back({.what = fmt::format("{:.0f} % of the pixels have another light in {} than in {}: "
+                                           "something has moved or changed there",
+                                           100 * spread.share_changed, longer, shorter),
+                       .everywhere = spread.share_changed > kMostPart,
+                       .values = std::move(spread.changed)});
   }
   return found;
 }

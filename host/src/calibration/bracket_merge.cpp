@@ -146,6 +146,68 @@ void warn_of_burnt(std::span<const Frame> frames, int saturation, MergedBracket&
                     100 * share));
 }
 
+/// Whether the exposures are wrong by so much that the light of dark pixels does not fit that of bright ones.
+/// Shutters miss what is written on them by 7 %: 1/60 s is 1/64 s, and 1/125 s is 1/128 s.
+bool ratios_spoil(const std::vector<ExposureRatio>& ratios) {
+  constexpr double kMost = 0.1;
+  double off = 0, least = 0, most = 0;  // log of an exposure over what is stated
+  for (const ExposureRatio& ratio : ratios) {
+    if (ratio.wrong()) off += std::log(ratio.seen / ratio.stated);
+    least = std::min(least, off), most = std::max(most, off);
+  }
+  return most - least > std::log1p(kMost);
+}
+
+/// What exposures and pixels contradict: warnings, and what no picture should be made of.
+struct Contradictions {
+  std::vector<std::string> small, large;
+};
+
+Contradictions contradictions_of(const SensorPhotographs& photographs, const MergedBracket& merged,
+                                 const std::vector<calibration::BracketChange>& changes) {
+  Contradictions found;
+  std::vector<std::string>& ratios = ratios_spoil(merged.ratios) ? found.large : found.small;
+  for (const ExposureRatio& ratio : merged.ratios)
+    if (ratio.wrong())
+      ratios.push_back(
+          fmt::format("{} has {:.3g} times the light of {} by its pixels, {:.3g} times by its exposure",
+                      photographs.bracket[ratio.longer].file, ratio.seen,
+                      photographs.bracket[ratio.shorter].file, ratio.stated));
+  for (const calibration::BracketChange& change : changes)
+    (change.everywhere ? found.large : found.small).push_back(change.what);
+  return found;
+}
+
+Error contradicts(const std::vector<std::string>& large) {
+  return {
+      ErrorCode::bad_value,
+      large.front() + (large.size() > 1 ? fmt::format(" (and {} more)", large.size() - 1) : ""),
+      "photograph the bracket again, of a still scene in steady light, or correct its exposures; --unchecked "
+      "merges it all the same"};
+}
+
+/// Pixels that have another light in two exposures: nobody knows which one is right.
+void discard(const std::vector<calibration::BracketChange>& changes, Radiance& radiance) {
+  const auto pixels = static_cast<std::size_t>(radiance.valid.grid().size());
+  for (const calibration::BracketChange& change : changes)
+    for (const std::size_t at : change.values)
+      for (std::size_t sample = at % pixels; sample < radiance.valid.values().size(); sample += pixels)
+        radiance.mean.values()[sample] = radiance.variance.values()[sample] = 0,
+        radiance.valid.values()[sample] = 0;
+}
+
+Result<void> check_any_valid(std::span<const Frame> frames, int saturation, const Radiance& radiance) {
+  if (std::ranges::any_of(radiance.valid.values(), [](std::uint8_t v) { return v != 0; })) return {};
+  const auto& codes = frames.front().raw;
+  const bool burnt =
+      2 * std::ranges::count_if(codes, [&](std::uint16_t code) { return code >= saturation; }) >
+      std::ssize(codes);
+  return Error{
+      ErrorCode::bad_value,
+      burnt ? "all photographs of the bracket are saturated" : "no photograph of the bracket holds light",
+      burnt ? "add shorter exposures" : "let light reach the camera, or add longer exposures"};
+}
+
 /// A wrong exposure looks like a curve. It is none if the camera is linear with exposures that fit the
 /// pixels.
 Result<void> blame_exposures(std::span<const Frame> frames, SensorFindings& camera) {
@@ -174,7 +236,8 @@ Result<BracketFolder> read_bracket_folder(const std::filesystem::path& folder, K
   return read;
 }
 
-Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known) {
+Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known,
+                                    const BracketOptions& options) {
   const std::vector<Frame> frames = bracket_of(photographs);
   if (frames.size() < 2)
     return Error{ErrorCode::bad_value, "the folder has fewer than two exposures of a still scene",
@@ -192,15 +255,17 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
   }
   SYMRIG_CHECK(merged.camera.response ? merge_curved(photographs, frames, merged)
                                       : merge_linear(photographs, frames, merged));
-  warn_of_burnt(frames, saturation_of(photographs, merged.camera), merged);
-  for (const ExposureRatio& ratio : merged.ratios)
-    if (ratio.wrong())
-      merged.warnings.push_back(
-          fmt::format("{} has {:.3g} times the light of {} by its pixels, {:.3g} times by its exposure",
-                      photographs.bracket[ratio.longer].file, ratio.seen,
-                      photographs.bracket[ratio.shorter].file, ratio.stated));
-  for (std::string& change : calibration::find_bracket_changes(photographs, frames, merged))
-    merged.warnings.push_back(std::move(change));
+  const int saturation = saturation_of(photographs, merged.camera);
+  const auto changes = calibration::find_bracket_changes(photographs, frames, merged);
+  Contradictions found = contradictions_of(photographs, merged, changes);
+  if (!options.unchecked) {
+    if (!found.large.empty()) return contradicts(found.large);
+    SYMRIG_CHECK(check_any_valid(frames, saturation, merged.radiance));
+    discard(changes, merged.radiance);
+  }
+  warn_of_burnt(frames, saturation, merged);
+  merged.warnings.insert(merged.warnings.end(), found.large.begin(), found.large.end());
+  merged.warnings.insert(merged.warnings.end(), found.small.begin(), found.small.end());
   if (merged.camera.doubtful())
     merged.warnings.push_back(
         fmt::format("two methods of recovering the response differ by {:.2g} % of full light: exposures, "

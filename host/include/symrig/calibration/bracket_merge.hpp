@@ -32,6 +32,11 @@ struct BracketFolder {
 Result<BracketFolder> read_bracket_folder(const std::filesystem::path& folder, KnownCamera camera,
                                           const Progress& progress = {});
 
+struct BracketOptions {
+  /// Merges photographs that contradict their exposures or each other, too. The result may be wrong.
+  bool unchecked = false;
+};
+
 /// A bracket of photographs as radiance.
 struct MergedBracket {
   Radiance radiance;
@@ -44,10 +49,12 @@ struct MergedBracket {
 /// Merges `bracket`. A linear camera, by `known` or by the folder's dark and flat frames: merge weights of
 /// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
 /// (merge_by_response). Stated exposures are compared with those that pixels see.
+/// Ratios that are wrong by a tenth altogether, and bands, are refused; less is a warning. Pixels that have
+/// another light in two exposures are not valid, with a warning, or refused if they are many.
 /// A sensor that clips before it says so is merged as it clips, with a warning.
-/// fails: bad_value (fewer than two exposures; a longer one that is not brighter; a sensor or curve of other
-/// bits), as examine_sensor and the
-/// merges.
-Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known);
+/// fails: bad_value (fewer than two exposures; a longer one that is not brighter; exposures that contradict
+/// each other; no light at all; a sensor or curve of other bits), as examine_sensor and the merges.
+Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known,
+                                    const BracketOptions& options = {});
 
 }  // namespace symrig
