@@ -131,6 +131,18 @@ Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progre
   return saved;
 }
 
+/// What an algorithm has not judged by photographs of its own is judged by seven at the end: so the capture's
+/// own photographs, and its result, are those of capture(). A budget must leave room for them. The picture of
+/// a rig that is not coaxial may lie anywhere.
+Result<void> judge_light(const CaptureOptions& options, OpenedRig& rig, const CaptureResult& result) {
+  constexpr std::int64_t kPhotographs = 7;
+  const bool judged = !result.held_out.empty() || options.unchecked || !rig.coaxial;
+  const bool spare = options.max_seconds == 0 &&
+                     (options.max_patterns == 0 || result.patterns + kPhotographs <= options.max_patterns);
+  if (judged || !spare) return {};
+  return check_light_of_rig(*rig.probe, options.progress);
+}
+
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
                                         OpenedRig& rig, PhotographLog* log) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
@@ -217,13 +229,18 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   const LogOptions keeping = log_options(job);
   CaptureJob checked = job;
   const bool checks_axis = job.check_axis && !CaptureLog::goes_on(job.output, keeping);
-  bool misaligned = false, searches = false;
+  bool misaligned = false, searches = false, wrong = false;
   checked.options.before_search = [&]() -> Result<void> {
     Result<void> found =
         checks_axis ? check_axis(*rig.probe, settings, job.options.progress) : Result<void>();
     misaligned = !found;
     searches = !misaligned;
     return found;
+  };
+  checked.accept = [&](const CaptureResult& result) -> Result<void> {
+    const Result<void> light = judge_light(job.options, rig, result);
+    wrong = !light && light.error().code == ErrorCode::wrong_light;
+    return light && job.accept ? job.accept(result) : light;
   };
   const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
   if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
@@ -233,9 +250,10 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
   Result<CaptureOutcome> outcome =
       guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
-  // The first photographs of a rig that must be changed are of no use later. Those of a whole search stay:
+  // The first photographs of a rig that must be changed are of no use later, nor are those that nothing but a
+  // look at the rig can judge: it may be mended before the capture goes on. Those of a whole search stay:
   // only a person can tell what they are worth (--unchecked).
-  if (!outcome && (misaligned || (!searches && outcome.error().code == ErrorCode::wrong_light)))
+  if (!outcome && (misaligned || wrong || (!searches && outcome.error().code == ErrorCode::wrong_light)))
     return log.useless(outcome.error());
   if (!outcome) return log.broken_off(outcome.error());
   SYMRIG_CHECK(log.finished());
