@@ -36,13 +36,14 @@ int main(int count, char** words) {
   const long rounds = count > 1 ? std::strtol(words[1], nullptr, 10) : 5000;
   const long priority = count > 2 ? std::strtol(words[2], nullptr, 10) : 0;
   if (count > 3 || rounds < 1 || rounds > 10'000'000 || priority < 0 || priority > 99) {
-    std::fprintf(stderr, "usage: benchmark_board_latency [ROUNDS [PRIORITY]]   1 to 10000000, 0 to 99\n");
+    (void)std::fprintf(stderr,
+                       "usage: benchmark_board_latency [ROUNDS [PRIORITY]]   1 to 10000000, 0 to 99\n");
     return 2;
   }
   if (const std::string obstacle = lock_memory(); !obstacle.empty()) std::printf("%s\n", obstacle.c_str());
   if (priority > 0) {
     if (const std::string obstacle = run_first(static_cast<int>(priority)); !obstacle.empty()) {
-      std::fprintf(stderr, "%s\n", obstacle.c_str());
+      (void)std::fprintf(stderr, "%s\n", obstacle.c_str());
       return 3;
     }
   }

@@ -497,7 +497,7 @@ constexpr const char* kUsage =
 }  // namespace
 
 /// usage: kUsage
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): a benchmark may end so
   const std::string_view what = argc > 1 ? argv[1] : "A";
   const auto number = [&](int k, int otherwise) {
     return argc > k ? static_cast<int>(std::strtol(argv[k], nullptr, 10)) : otherwise;

@@ -6,11 +6,12 @@ namespace {
 /// Four floats that may start at any float.
 using Lanes = float __attribute__((vector_size(16), aligned(4), may_alias));
 constexpr U32 kLanes = 4;
+using Size = __SIZE_TYPE__;
 
 const Lanes& lanes(const F32* at) {
   return *reinterpret_cast<const Lanes*>(at);
 }
-Lanes& lanes(F32* at) {
+Lanes& lanes(F32* at) {  // NOLINT(readability-non-const-parameter): what it returns is written
   return *reinterpret_cast<Lanes*>(at);
 }
 
@@ -61,7 +62,7 @@ struct LeafView {
 /// y_I += A (Bᵀ p_J).
 void add_leaf(const LeafView& leaf, const U32* lit, const F32* p, F32* y) {
   if (lit[leaf.col + leaf.cols] == lit[leaf.col]) return;
-  for (U32 k = 0; k < leaf.rank; ++k)
+  for (Size k = 0; k < leaf.rank; ++k)
     add_scaled(dot(leaf.b + k * leaf.cols, p + leaf.col, leaf.cols), leaf.a + k * leaf.rows, y + leaf.row,
                leaf.rows);
 }
@@ -70,7 +71,8 @@ constexpr U32 kLeafNumbers = 7;  // row_begin, row_end, col_begin, col_end, rank
 
 LeafView view_of(const I32* leaf, const F32* factors) {
   const U32 rows = leaf[1] - leaf[0], cols = leaf[3] - leaf[2], rank = leaf[4];
-  return {factors, factors + rows * rank, static_cast<U32>(leaf[0]), rows, static_cast<U32>(leaf[2]), cols,
+  return {factors, factors + Size{rows} * rank, static_cast<U32>(leaf[0]),
+          rows,    static_cast<U32>(leaf[2]),   cols,
           rank};
 }
 
@@ -94,7 +96,8 @@ void symrig_widen_leaves(const I32* leaves, U32 count, U32 channels, const U16* 
 void symrig_add_leaves(const I32* leaves, U32 count, U32 channels, U32 channel, const F32* factors,
                        U32 transposed, const U32* lit, const F32* p, F32* y) {
   for (U32 l = 0; l < count; ++l, leaves += kLeafNumbers) {
-    const U32 values = (leaves[1] - leaves[0] + leaves[3] - leaves[2]) * leaves[4];
+    const Size values =
+        static_cast<Size>(leaves[1] - leaves[0] + leaves[3] - leaves[2]) * static_cast<U32>(leaves[4]);
     const LeafView leaf = view_of(leaves, factors + channel * values);
     if (transposed == 0 || leaves[6] != 0) add_leaf(leaf, lit, p, y);
     if (transposed != 0 || leaves[6] != 0) add_leaf(leaf.turned(), lit, p, y);

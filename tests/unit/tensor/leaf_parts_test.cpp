@@ -175,7 +175,7 @@ TEST_F(LeafParts, parts_add_up_to_the_tensor) {
   constexpr int kRank = 4;
   int leaves = 0;
   for (std::size_t at = 0; at <= kPart; ++leaves) {
-    const auto factors = positive(random, 2 * kRank * static_cast<std::size_t>(i.size()));
+    const auto factors = positive(random, std::size_t{2} * kRank * static_cast<std::size_t>(i.size()));
     builder.add_leaf(i.begin, i.end, j.begin, j.end, kRank, 1, factors);
     at += factors.size();
   }
