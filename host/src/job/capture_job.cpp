@@ -136,7 +136,9 @@ Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progre
 /// a rig that is not coaxial may lie anywhere.
 Result<void> judge_light(const CaptureOptions& options, OpenedRig& rig, const CaptureResult& result) {
   constexpr std::int64_t kPhotographs = 7;
-  const bool judged = !result.held_out.empty() || options.unchecked || !rig.coaxial;
+  // Where brute force had to finish a search, the held-out photographs have become part of the tensor.
+  const bool searched = !result.held_out.empty() || result.undetermined;
+  const bool judged = searched || options.unchecked || !rig.coaxial;
   const bool spare = options.max_seconds == 0 &&
                      (options.max_patterns == 0 || result.patterns + kPhotographs <= options.max_patterns);
   if (judged || !spare) return {};
