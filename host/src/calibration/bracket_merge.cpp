@@ -186,14 +186,24 @@ Error contradicts(const std::vector<std::string>& large) {
       "merges it all the same"};
 }
 
-/// Pixels that have another light in two exposures: nobody knows which one is right.
+/// Pixels that have another light in two exposures, and those near them: what has moved has a surface, and
+/// not each of its pixels is seen well twice. Nobody knows which exposure is right.
 void discard(const std::vector<calibration::BracketChange>& changes, Radiance& radiance) {
-  const auto pixels = static_cast<std::size_t>(radiance.valid.grid().size());
+  constexpr int kNear = 2;
+  const Grid grid = radiance.valid.grid();
   for (const calibration::BracketChange& change : changes)
-    for (const std::size_t at : change.values)
-      for (std::size_t sample = at % pixels; sample < radiance.valid.values().size(); sample += pixels)
-        radiance.mean.values()[sample] = radiance.variance.values()[sample] = 0,
-        radiance.valid.values()[sample] = 0;
+    for (const std::size_t at : change.values) {
+      const auto pixel = static_cast<int>(at % static_cast<std::size_t>(grid.size()));
+      const int row = pixel / grid.cols, col = pixel % grid.cols;
+      for (int channel = 0; channel < radiance.valid.channels(); ++channel)
+        for (int r = std::max(0, row - kNear); r <= std::min(grid.rows - 1, row + kNear); ++r)
+          for (int c = std::max(0, col - kNear); c <= std::min(grid.cols - 1, col + kNear); ++c) {
+            const auto to = static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) +
+                            static_cast<std::size_t>(c);
+            radiance.mean.plane(channel)[to] = radiance.variance.plane(channel)[to] = 0;
+            radiance.valid.plane(channel)[to] = 0;
+          }
+    }
 }
 
 Result<void> check_any_valid(std::span<const Frame> frames, int saturation, const Radiance& radiance) {

@@ -152,6 +152,12 @@ std::vector<FrameFault> frame_faults() {
       std::rotate(all.bracket[k].codes.begin(), all.bracket[k].codes.begin() + std::ptrdiff_t{64} * 5 + 9,
                   all.bracket[k].codes.end());
   };
+  const auto part_moved = [](S& all) {
+    for (std::size_t k = 2; k < 4; ++k) {
+      Codes& codes = all.bracket[k].codes;
+      std::rotate(codes.begin() + 512, codes.begin() + 512 + 9, codes.begin() + 1024);
+    }
+  };
   const auto flicker = [](S& all) { all = good_frames(no_filter, flickering); };
   const auto drift = [](S& all) { all = good_frames(no_filter, fading); };
   const auto one_level = [](S& all) {
@@ -196,6 +202,7 @@ std::vector<FrameFault> frame_faults() {
       {"dark", dark, dark, {"no flat level", "dark"}},
       {"doubled frame", {}, doubled_frame, {"taken twice"}},
       {"moved", moved, {}, {"moved or changed"}, true},
+      {"a part moved", part_moved, {}, {"moved or changed"}, true},
       {"flicker", flicker, flicker, {"times by its exposure"}},
       {"drift", drift, drift, {"times by its exposure"}},
       {"one level", {}, one_level, {"automatic exposure", "level"}},

@@ -50,7 +50,7 @@ struct MergedBracket {
 /// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
 /// (merge_by_response). Stated exposures are compared with those that pixels see.
 /// Ratios that are wrong by a tenth altogether, and bands, are refused; less is a warning. Pixels that have
-/// another light in two exposures are not valid, with a warning, or refused if they are many.
+/// another light in two exposures, and those near them, are not valid, with a warning; many are refused.
 /// A sensor that clips before it says so is merged as it clips, with a warning.
 /// fails: bad_value (fewer than two exposures; a longer one that is not brighter; exposures that contradict
 /// each other; no light at all; a sensor or curve of other bits), as examine_sensor and the merges.
