@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// benchmark_random_scenes [first last [ROWSxCOLS [picture.png]]]: the table of docs/random-scenes.md, as
+// benchmark_random_scenes [first last [ROWSxCOLS [picture.png]]]: a row for each seed, as
 // Markdown: what each seed of sim:random draws, and how its light is distributed. The picture shows for each
 // seed the flood-lit scene and the photograph of one lit point, without that point. Both have a tone curve
 // that shows dim light.
