@@ -29,8 +29,10 @@ def commands(symrig):
     return rows(help_of(symrig), "Subcommands:")
 
 
-def options(symrig, command):
-    return set(re.findall(r"^  (?:-\w,)?(--[a-z][a-z-]*)", help_of(symrig, command), re.MULTILINE)) - {"--help"}
+def options(symrig, *command):
+    """Long and short names."""
+    named = re.findall(r"^  ((?:-\w,)?--[a-z][a-z-]*(?:,--[a-z][a-z-]*)*)", help_of(symrig, *command), re.MULTILINE)
+    return {name for names in named for name in names.split(",")}
 
 
 def scenes(symrig):
@@ -38,22 +40,13 @@ def scenes(symrig):
 
 
 def scene_keys(symrig):
-    """{key: (default, values)}."""
+    """{key: the values that it takes}."""
     lines = rows(help_of(symrig, "capture"), "Keys of a simulated rig, with their defaults:")
-    keys = {}
-    for name, text in lines.items():
-        key, default = name.split("=")
-        keys[key] = (default, text[text.rindex(" (") + 2 : -1])
-    return keys
+    return {name.split("=")[0]: text[text.rindex(" (") + 2 : -1] for name, text in lines.items()}
 
 
 def algorithms(symrig):
     return rows(help_of(symrig, "capture"), "Algorithms:")
-
-
-def benched_algorithms(symrig):
-    """Those that `symrig bench` runs by default."""
-    return re.search(r"--algorithms .*\(default: ([\w,]+)\)", help_of(symrig, "bench"))[1]
 
 
 def lights(symrig):
