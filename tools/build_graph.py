@@ -4,7 +4,7 @@
 Ninja knows the command of each output. A command names its sources, its objects and its archives; the sources name the headers that
 they include. A script stands for all scripts of its folder. From that come two answers:
 
-- the whole code of a test: all that its programs link and start. If that is the same, the test has the same result.
+- the whole code of a test: all that its programs link and start, without comments. If that is the same, the test has the same result.
 - its own code: its scripts, its data, the objects that belong to its programs alone with every header that these read, and the folders
   that it is about (symrig_about in tests/CMakeLists.txt). Not the sources of a library that it merely links: the tests about that
   library are for these.
@@ -30,6 +30,11 @@ PROPERTY = re.compile(r'(\w+) "((?:[^"\\]|\\.)*)"')
 # A script has no suffix or one of these. What else is in its folder may be what it reads; C++ is known by the programs made of it.
 SCRIPTS = {"", ".py", ".sh", ".mjs", ".cmake"}
 NOT_READ_BY_SCRIPTS = {".cpp", ".hpp", ".h", ".c", ".txt", ".md"}
+COMPILED = {".c", ".cpp", ".h", ".hpp"}
+# Texts in quotes, where no comment begins (an apostrophe after a digit separates digits), and comments.
+QUOTED_OR_COMMENT = re.compile(
+    r'''R"([^\s(]*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Fa-f])'(?:\\.|[^'\\\n])*'|//[^\n]*|/\*.*?\*/''', re.DOTALL
+)
 BENCH = ["run", "prepare", "host", "guest", "make", "modules"]  # of tests/bench-vm: what boots each guest
 
 
@@ -79,6 +84,14 @@ class Graph:
         except OSError:
             return ""
         return hashlib.sha256(self.plain(text.decode("utf-8", "replace")).encode()).hexdigest()
+
+    @functools.cache
+    def compiled_digest(self, path):
+        """The hash of what a compiler reads of a file: no comments, no empty lines."""
+        if pathlib.Path(path).suffix not in COMPILED or not pathlib.Path(path).is_file():
+            return self.digest(path)
+        text = pathlib.Path(path).read_text(encoding="utf-8", errors="replace")
+        return hashlib.sha256(self.plain(without_comments(text)).encode()).hexdigest()
 
     @functools.cache
     def output(self, path):
@@ -162,9 +175,11 @@ class Graph:
             if other and other != output and not self.links(other):
                 made.update({f"{other}: {key}": value for key, value in self.parts(other).items()} if other != output else {})
             elif not other and str(path).startswith(str(self.build)):
-                made[self.plain(str(path))] = self.digest(path)
+                made[self.plain(str(path))] = self.compiled_digest(path)
             elif not other:
-                made.update({self.plain(file): self.digest(file) for file in self.files_of(path)})
+                # A folder stands for all that a generator may read there, but no generator reads our pages.
+                files = [file for file in self.files_of(path) if file == path or not file.endswith(".md")]
+                made.update({self.plain(file): self.compiled_digest(file) for file in files})
         return made
 
     def links(self, output):
@@ -210,7 +225,9 @@ class Graph:
         for path in self.places(test):
             if path in {str(self.build), str(self.tree)}:
                 made.update(self.everything() if whole and path == str(self.build) else {})
-                files |= {str(self.tree / name) for name in self.tracked} if whole and path == str(self.tree) else set()
+                # A check of the whole tree reads comments too.
+                texts = [str(self.tree / name) for name in self.tracked] if whole and path == str(self.tree) else []
+                made.update({f"text of {self.plain(file)}": self.digest(file) for file in texts})
                 continue
             for output in self.outputs_at(path):
                 made.update(self.made_of(output, whole))
@@ -218,7 +235,7 @@ class Graph:
             if here == {path} and pathlib.Path(path).suffix in SCRIPTS:
                 here |= self.folder_files(pathlib.Path(path).parent, lambda file: pathlib.Path(file).suffix not in NOT_READ_BY_SCRIPTS)
             files |= here
-        made.update({self.plain(file): self.digest(file) for file in files})
+        made.update({self.plain(file): self.compiled_digest(file) for file in files})
         return made
 
     def places(self, test):
@@ -236,6 +253,12 @@ class Graph:
     def programs_of(self, name):
         """The outputs of Ninja that a test needs."""
         return set().union(*(self.outputs_at(path) for path in self.places(self.tests[name])))
+
+
+def without_comments(text):
+    """The lines of C or C++ that are not empty, without comments."""
+    kept = QUOTED_OR_COMMENT.sub(lambda found: " " if found[0].startswith("/") else found[0], text)
+    return "\n".join(line.rstrip() for line in kept.splitlines() if line.strip())
 
 
 def read_tests(build):

@@ -118,17 +118,25 @@ class PlanTest(unittest.TestCase):
         self.assertEqual(self.project.targets(), {"test_always"})
 
     def test_a_source_of_a_library_adds_the_tests_about_it(self):
-        said = self.expect({"dark/dark.cpp": FILES["dark/dark.cpp"] + "// changed\n"}, {"dark"})
+        said = self.expect({"dark/dark.cpp": FILES["dark/dark.cpp"] + "int more;\n"}, {"dark"})
         self.assertIn("dark: dark/dark.cpp", said)
         self.assertIn("1 minutes of a processor", said)
         self.assertIn("2 commits back", said)
         self.assertEqual(self.project.targets(), {"test_always", "test_dark"})
 
     def test_a_header_adds_all_that_read_it(self):
-        self.expect({"include/dark.hpp": "int dark(); // changed\n"}, {"dark", "script"})
+        self.expect({"include/dark.hpp": "int dark();\nint more();\n"}, {"dark", "script"})
+
+    def test_a_comment_adds_nothing(self):
+        changed = "// A story.\n\n" + FILES["dark/dark.cpp"] + "/* two\nlines */\n"
+        self.expect({"dark/dark.cpp": changed, "include/dark.hpp": "int dark(); // what it does\n"}, set())
+
+    def test_comments_end_where_quotes_begin(self):
+        code = """auto a = "http://x"; auto b = R"(// /*)"; int c = 1'000'000; char d = '"', e = '/';\n"""
+        self.assertEqual(build_graph.without_comments(code + "\n// gone\n"), code.rstrip("\n"))
 
     def test_a_source_of_a_command_adds_the_script_that_starts_it(self):
-        self.expect({"command.cpp": FILES["command.cpp"] + "// changed\n"}, {"script"})
+        self.expect({"command.cpp": FILES["command.cpp"] + "int more;\n"}, {"script"})
 
     def test_a_file_that_a_script_reads_adds_it(self):
         self.expect({"scripts/lib.sh": "false || true\n"}, {"script"})
@@ -149,7 +157,7 @@ class PlanTest(unittest.TestCase):
         self.assertFalse(re.fullmatch(left, "more_light"))
 
     def test_a_change_that_is_not_committed_counts(self):
-        self.project.write({"tests/light_test.cpp": FILES["tests/light_test.cpp"] + "// changed\n"})
+        self.project.write({"tests/light_test.cpp": FILES["tests/light_test.cpp"] + "int more;\n"})
         self.assertEqual(self.project.plan()[0], {"always", "light"})
 
     def test_a_test_that_was_not_proven_is_added(self):
@@ -174,7 +182,7 @@ class PlanTest(unittest.TestCase):
         log.write_text(line.format(1, "dark", "Passed"), encoding="utf-8")
         self.assertEqual(self.project.plan("full")[0], {"script"})
         # What a program links counts here: light is in dark's program.
-        self.project.write({"light/light.cpp": FILES["light/light.cpp"] + "// changed\n"})
+        self.project.write({"light/light.cpp": FILES["light/light.cpp"] + "int more;\n"})
         self.assertEqual(self.project.plan("full")[0], {"light", "dark", "script"})
 
 
