@@ -47,7 +47,7 @@ class Tree:
         (self.root / "tools").mkdir()
         for name in ("test", "lib.sh"):
             shutil.copy(TOOLS / name, self.root / "tools" / name)
-        for name in ("setup", "firmware", "check-tidy"):
+        for name in ("setup", "firmware", "check-tidy", "tbb"):
             self.program(self.root / "tools" / name, name)
         plan = """[ "$1" != prove ] || echo prove >>called
         [ "$1" != choose ] || { mkdir -p "out/plan/$2" && echo '^$' >"out/plan/$2/leave" && : >"out/plan/$2/targets"; }"""
