@@ -141,8 +141,9 @@ Result<void> judge_light(const CaptureOptions& options, OpenedRig& rig, const Ca
   const bool judged = searched || options.unchecked || !rig.coaxial;
   const bool spare = options.max_seconds == 0 &&
                      (options.max_patterns == 0 || result.patterns + kPhotographs <= options.max_patterns);
-  if (judged || !spare) return {};
-  return check_light_of_rig(*rig.probe, options.progress);
+  if (judged) return {};
+  SYMRIG_CHECK(check_measured_light(result.tensor));
+  return spare ? check_light_of_rig(*rig.probe, &result.tensor, options.progress) : Result<void>();
 }
 
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,

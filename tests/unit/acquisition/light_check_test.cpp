@@ -4,6 +4,7 @@
 #include "workbench.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -74,6 +75,31 @@ TEST(LightCheck, one_late_photograph_of_many_is_proven) {
                  if (++taken != 30) photograph.mean = before;
                }),
                "photograph 30 is the same as the one before");
+}
+
+TEST(LightCheck, brute_force_shows_which_photograph_was_late) {
+  Image<float> before(kLit);
+  int taken = 0;
+  const auto result = capture_spoiled(
+      [&](Radiance& photograph) {
+        std::swap(before, photograph.mean);
+        if (++taken != 30) photograph.mean = before;
+      },
+      {.algorithm = Algorithm::brute});
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  const auto judged = check_measured_light(result->tensor);
+  ASSERT_FALSE(judged.ok());
+  EXPECT_NE(judged.error().line().find("photograph 30 of a single pixel"), std::string::npos)
+      << judged.error().line();
+}
+
+TEST(LightCheck, light_that_goes_one_way_is_no_late_photograph) {
+  Gaussian random(3);
+  const DenseTransport scene(Grid{7, 7}, [&](int, int) { return std::abs(random()); });
+  DenseProbe probe(scene);
+  const auto result = capture(probe, {.algorithm = Algorithm::brute});
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  EXPECT_TRUE(check_measured_light(result->tensor).ok());
 }
 
 }  // namespace

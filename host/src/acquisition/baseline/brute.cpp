@@ -6,6 +6,7 @@
 #include "symrig/base/stopwatch.hpp"
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,14 +31,16 @@ struct Brightness {
 };
 
 /// Neither a sum nor a sample is above the noise.
-bool dark(const std::vector<Brightness>& photographs) {
+std::optional<LightFault> find_dark(const std::vector<Brightness>& photographs) {
   constexpr double kOfAllSamples = 8;  // 10^9 samples have one in 10^6 captures
   double light = 0, variance = 0;
   for (const Brightness& one : photographs) {
-    if (one.brightest > kOfAllSamples) return false;
+    if (one.brightest > kOfAllSamples) return std::nullopt;
     light += one.light, variance += one.variance;
   }
-  return !(light > kLightSigmas * std::sqrt(variance)) || light <= 0;
+  const double least = kLightSigmas * std::sqrt(variance);
+  if (light > least && light > 0) return std::nullopt;
+  return no_light(photographs.size(), light < -least);
 }
 
 }  // namespace
@@ -68,7 +71,8 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
         columns[k] = significant_column(photograph, everything, probe.channels());
         brightness[k] = Brightness::of(photograph);
       }));
-  if (!options.unchecked && dark(brightness)) return no_light(columns.size()).error();
+  if (!options.unchecked)
+    if (const auto dark = find_dark(brightness)) return dark->error();
   TensorBuilder builder(tree, tree, probe.channels());
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const auto begin = static_cast<std::int32_t>(k);

@@ -20,43 +20,10 @@ constexpr double kPiled = 0.05;
 /// A lamp whose light changes by more spoils every photograph.
 constexpr double kFlickers = 0.1;
 
-/// What photographs of black and white show, as shares of the light of the flood-lit photograph.
-struct Aside {
-  double black = 0, black_sigma = 0;
-  double negative = 0;  ///< share of the pixels of the black photograph below 0
-  double scatter = 0;   ///< of white
-  bool known = false;
-};
-
 double light_of(const Radiance& photograph) {
   double sum = 0;
   for (const float v : photograph.mean.values()) sum += static_cast<double>(v);
   return sum;
-}
-
-Result<Aside> look_at(const LightSeries& series, const LookAside& look) {
-  Aside found;
-  if (!look) return found;
-  std::vector<Pattern> patterns(6, Pattern(series.grid()));
-  for (std::size_t k = 1; k < patterns.size(); ++k) std::ranges::fill(patterns[k].values(), 1.0F);
-  SYMRIG_TRY(const std::vector<Radiance> seen, look(patterns));
-  if (seen.size() != patterns.size()) return found;
-  const LightSeries::Sum flood = series.sum(LightSeries::kFlood);
-  double variance = 0, below = 0;
-  for (const float v : seen[0].variance.values()) variance += static_cast<double>(v);
-  for (const float v : seen[0].mean.values()) below += v < 0 ? 1 : 0;
-  found.known = true;
-  found.black = light_of(seen[0]) / flood.value;
-  found.black_sigma = std::sqrt(variance) / flood.value;
-  found.negative = below / static_cast<double>(seen[0].mean.values().size());
-  double least = light_of(seen[1]), most = least;
-  for (std::size_t k = 2; k < seen.size(); ++k) {
-    least = std::min(least, light_of(seen[k]));
-    most = std::max(most, light_of(seen[k]));
-  }
-  // A light that goes on and off has a middle; the first photograph may be far from it.
-  found.scatter = most > 0 ? (most - least) / most : 0;
-  return found;
 }
 
 struct Ratio {
@@ -75,37 +42,6 @@ Ratio lit_over_flood(const LightSeries& series, std::size_t a, std::size_t b) {
       variance += static_cast<double>(series[k].variance[at]) + series[LightSeries::kFlood].variance[at];
     }
   return all > 0 ? Ratio{light / all, std::sqrt(variance) / all} : Ratio{};
-}
-
-/// More light than if everything is lit, and the more the fewer pixels are lit.
-std::optional<LightFault> find_automatic(const LightSeries& series) {
-  constexpr double kMore = 1.3;
-  const Ratio half = lit_over_flood(series, LightSeries::kHalf, LightSeries::kOtherHalf),
-              sparse = lit_over_flood(series, LightSeries::kSparse, LightSeries::kOtherSparse);
-  if (sparse.value < std::max(kMore, 1 + kLightSigmas * sparse.sigma) || sparse.value < half.value)
-    return std::nullopt;
-  return LightFault{
-      fmt::format(
-          "pixels are {:.2g} times as bright if 1/32 of them are lit, and {:.2g} times if half of them are, "
-          "as if all are lit",
-          sparse.value, half.value),
-      {{"automatic exposure or automatic gain of the camera", "fix exposure and gain"},
-       {"an automatic iris or dynamic contrast of the projector", ""}}};
-}
-
-LightCause other_light(double black) {
-  if (black > 0)
-    return {fmt::format(
-                "light of other sources, or a black level that is not subtracted: with the projector black, "
-                "the camera still sees {} of that light",
-                percent_of_light(black)),
-            "cover the rig, and subtract a photograph of the dark projector"};
-  return {
-      fmt::format(
-          "a black level that is subtracted, and too high: with the projector black, the photograph is {} "
-          "of that light",
-          percent_of_light(black)),
-      "measure the black level again"};
 }
 
 LightCause curved(double exponent) {
@@ -197,12 +133,51 @@ std::optional<double> LeftOver::exponent() const {
   return rms(low) < kFits * rms(1) ? std::optional(low) : std::nullopt;
 }
 
+Result<BlackAndWhite> look_at_black_and_white(const LightSeries& series, const LookAside& look) {
+  BlackAndWhite found;
+  if (!look) return found;
+  std::vector<Pattern> patterns(6, Pattern(series.grid()));
+  for (std::size_t k = 1; k < patterns.size(); ++k) std::ranges::fill(patterns[k].values(), 1.0F);
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(patterns));
+  if (seen.size() != patterns.size()) return found;
+  const LightSeries::Sum flood = series.sum(LightSeries::kFlood);
+  double variance = 0, below = 0;
+  for (const float v : seen[0].variance.values()) variance += static_cast<double>(v);
+  for (const float v : seen[0].mean.values()) below += v < 0 ? 1 : 0;
+  found.known = true;
+  found.black = light_of(seen[0]) / flood.value;
+  found.black_sigma = std::sqrt(variance) / flood.value;
+  found.negative = below / static_cast<double>(seen[0].mean.values().size());
+  double least = light_of(seen[1]), most = least;
+  for (std::size_t k = 2; k < seen.size(); ++k) {
+    least = std::min(least, light_of(seen[k]));
+    most = std::max(most, light_of(seen[k]));
+  }
+  // A light that goes on and off has a middle; the first photograph may be far from it.
+  found.scatter = most > 0 ? (most - least) / most : 0;
+  return found;
+}
+
+std::optional<LightFault> find_automatic(const LightSeries& series) {
+  constexpr double kMore = 1.3;
+  const Ratio half = lit_over_flood(series, LightSeries::kHalf, LightSeries::kOtherHalf),
+              sparse = lit_over_flood(series, LightSeries::kSparse, LightSeries::kOtherSparse);
+  if (sparse.value < std::max(kMore, 1 + kLightSigmas * sparse.sigma) || sparse.value < half.value)
+    return std::nullopt;
+  return LightFault{
+      fmt::format(
+          "pixels are {:.2g} times as bright if 1/32 of them are lit, and {:.2g} times if half of them are, "
+          "as if all are lit",
+          sparse.value, half.value),
+      {{"automatic exposure or automatic gain of the camera", "fix exposure and gain"},
+       {"an automatic iris or dynamic contrast of the projector", ""}}};
+}
+
 Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LookAside& look) {
-  if (auto automatic = find_automatic(series)) return automatic;
   const LeftOver over(series);
   if (std::abs(over.share()) < std::max(kLittle, kLightSigmas * over.sigma()))
     return std::optional<LightFault>();
-  SYMRIG_TRY(const Aside aside, look_at(series, look));
+  SYMRIG_TRY(const BlackAndWhite aside, look_at_black_and_white(series, look));
   LightFault fault{
       fmt::format("the light does not add up: the photographs of two halves together have {:+.2g} % of "
                   "the light that all pixels give",

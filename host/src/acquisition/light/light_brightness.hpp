@@ -30,8 +30,21 @@ class LeftOver {
   double share_ = 0, sigma_ = 0, noise_ = 0;
 };
 
-/// Light that does not add up, or that is more than all light: automatic exposure, light of other sources, a
-/// wrong black level, a camera that is not linear, a lamp that flickers.
+/// What photographs of black and white show, as shares of the light of the flood-lit photograph.
+struct BlackAndWhite {
+  double black = 0, black_sigma = 0;
+  double negative = 0;  ///< share of the pixels of the black photograph below 0
+  double scatter = 0;   ///< of white
+  bool known = false;
+};
+/// cost: six photographs.  fails: as look.
+Result<BlackAndWhite> look_at_black_and_white(const LightSeries& series, const LookAside& look);
+
+/// Automatic exposure: more light than if everything is lit, and the more the fewer pixels are lit.
+std::optional<LightFault> find_automatic(const LightSeries& series);
+
+/// Light that does not add up: light of other sources, a wrong black level, a camera that is not linear, a
+/// lamp that flickers.
 /// fails: as look.
 Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LookAside& look);
 

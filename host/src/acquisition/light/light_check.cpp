@@ -20,9 +20,6 @@ namespace {
 
 using Found = std::optional<LightFault>;
 
-/// Fewer pixels tell nothing.
-constexpr std::int64_t kFewestPixels = 16;
-
 std::string times(double correlation) {
   return fmt::format("{:.2f}", correlation + 0.0);
 }
@@ -122,21 +119,6 @@ std::string undo(Turn turn) {
   }
 }
 
-LightCause cause_of(const LightOrder& order) {
-  if (order.late > 0)
-    return {fmt::format("the camera is {} photograph{} late: each shows the pattern before it", order.late,
-                        order.late == 1 ? "" : "s"),
-            "empty the camera's queue before each pattern, and wait until the pattern is shown"};
-  if (order.late < 0)
-    return {fmt::format("{} photograph{} lost: each shows a pattern after its own", -order.late,
-                        order.late == -1 ? " was" : "s were"),
-            "tie each photograph to its trigger"};
-  if (order.inverted)
-    return {"the projector shows black for white",
-            "switch off the inversion of the projector or of the picture"};
-  return cause_of_turn(order.turn);
-}
-
 /// Photographs that follow their patterns in another order. A mirrored picture of a scene that is symmetric
 /// itself is no fault: its T is symmetric too.
 Found find_other_order(const LightSeries& series, const LightMatch& match) {
@@ -157,7 +139,7 @@ Found find_other_order(const LightSeries& series, const LightMatch& match) {
     fault.measured +=
         fmt::format("if the picture is {}; light between pixels differs from the light back by {}",
                     name_turn(order.turn), percent_of_light(exchanged.difference));
-  fault.causes.push_back(cause_of(order));
+  fault.causes.push_back(cause_of_order(order));
   if (!turned_only && order.turn != Turn::none) fault.causes.push_back(cause_of_turn(order.turn));
   return fault;
 }
@@ -171,8 +153,7 @@ Found find_exchanged(const LightSeries& series, const LightMatch& match) {
   return LightFault{
       fmt::format("photograph {} ({}) shows pattern {} ({}): their correlation is {}", k + 1, series[k].name,
                   x + 1, series[x].name, times(match.correlation(k, x, Turn::none))),
-      {{before ? "a frame came late or twice" : "a frame was lost",
-        "empty the camera's queue before each pattern, and tie each photograph to its trigger"}}};
+      {before ? late_frame() : LightCause{"a frame was lost", late_frame().next}}};
 }
 
 /// Light that does not depend on the pattern at all.
@@ -208,7 +189,26 @@ LightCause cause_of_turn(Turn turn) {
   return {"the camera's picture is " + name_turn(turn), undo(turn)};
 }
 
-LightFault no_light(std::size_t photographs) {
+LightCause cause_of_order(const LightOrder& order) {
+  if (order.late > 0)
+    return {fmt::format("the camera is {} photograph{} late: each shows the pattern before it", order.late,
+                        order.late == 1 ? "" : "s"),
+            "empty the camera's queue before each pattern, and wait until the pattern is shown"};
+  if (order.late < 0)
+    return {fmt::format("{} photograph{} lost: each shows a pattern after its own", -order.late,
+                        order.late == -1 ? " was" : "s were"),
+            "tie each photograph to its trigger"};
+  if (order.inverted)
+    return {"the projector shows black for white",
+            "switch off the inversion of the projector or of the picture"};
+  return cause_of_turn(order.turn);
+}
+
+LightFault no_light(std::size_t photographs, bool below_black) {
+  if (below_black)
+    return {fmt::format("{} photographs, each of one lit pixel, are darker than black", photographs),
+            {cause_of_order({0, true, Turn::none}),
+             {"a black level that is subtracted, and too high", "measure the black level again"}}};
   return {fmt::format("no light: none of {} photographs holds any above its noise", photographs),
           causes_of_darkness()};
 }
@@ -220,9 +220,12 @@ Result<void> check_light(const LightSeries& series, const LookAside& look) {
   const LightMatch match(series);
   if (const Found order = find_other_order(series, match)) return order->error();
   if (const Found exchanged = find_exchanged(series, match)) return exchanged->error();
+  const Found constant = find_constant(series, match);
+  if (constant && LightSums(series).changed() == 0) return constant->error();
   // One stuck pixel can be most of the light.
   if (const Found pixels = find_wrong_pixels(series)) return pixels->error();
-  if (const Found constant = find_constant(series, match)) return constant->error();
+  if (const Found automatic = find_automatic(series)) return automatic->error();
+  if (constant) return constant->error();
   if (const Found shift = find_shift(series, match)) return shift->error();
   if (const Found missing = find_missing_light(series, match)) return missing->error();
   if (const Found glow = find_afterglow(series, match)) return glow->error();

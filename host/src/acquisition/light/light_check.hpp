@@ -25,10 +25,12 @@ using LookAside = std::function<Result<std::vector<Radiance>>(std::span<const Pa
 /// fails: wrong_light (LightFault); as look.
 Result<void> check_light(const LightSeries& series, const LookAside& look);
 
+/// Photographs that belong to other patterns: late, early, or inverted; else as cause_of_turn().
+LightCause cause_of_order(const LightOrder& order);
 /// A camera whose picture is mirrored or turned, and where that is set right.
 LightCause cause_of_turn(Turn turn);
 
-/// No light in as many photographs, each of one pixel.
-LightFault no_light(std::size_t photographs);
+/// No light in as many photographs, each of one pixel. below_black: all together are below 0.
+LightFault no_light(std::size_t photographs, bool below_black);
 
 }  // namespace symrig::acquisition

@@ -18,6 +18,52 @@ Error LightFault::error() const {
   return {ErrorCode::wrong_light, std::move(what), std::move(next)};
 }
 
+LightCause late_frame() {
+  return {"a frame came late or twice",
+          "empty the camera's queue before each pattern, and tie each photograph to its trigger"};
+}
+
+LightCause stuck_pixels() {
+  return {"stuck (hot) pixels of the camera",
+          "state them as not valid, or list them as defects of the sensor"};
+}
+
+std::vector<LightCause> causes_of_missing_light() {
+  return {{"a frame without light: it was lost, or the lamp or the shutter missed it",
+           "tie each photograph to its trigger"},
+          {"a lamp that flickers", "expose for whole periods of the lamp, or use a steady lamp"}};
+}
+
+LightCause other_light(double black) {
+  if (black > 0)
+    return {fmt::format(
+                "light of other sources, or a black level that is not subtracted: with the projector black, "
+                "the camera still sees {} of that light",
+                percent_of_light(black)),
+            "cover the rig, and subtract a photograph of the dark projector"};
+  return {
+      fmt::format(
+          "a black level that is subtracted, and too high: with the projector black, the photograph is {} "
+          "of that light",
+          percent_of_light(black)),
+      "measure the black level again"};
+}
+
+LightFault afterglow(double share) {
+  return {
+      fmt::format("each photograph has {} of the light of the pattern before it", percent_of_light(share)),
+      {{"the projector's picture is not settled, or the exposure begins before the pattern or ends after "
+        "it",
+        "wait longer between pattern and exposure (settle)"},
+       {"a camera that mixes photographs (noise reduction over time)", ""}}};
+}
+
+LightFault sharpening(double less) {
+  return {fmt::format("pixels beside lit ones are darker than others by {} of the light of lit ones",
+                      percent_of_light(less)),
+          {{"sharpening in the camera", "switch off sharpening and noise reduction, and take raw frames"}}};
+}
+
 std::string percent_of_light(double share) {
   return fmt::format("{:.2g} %", 100 * share);
 }

@@ -23,6 +23,17 @@ struct LightFault {
   Error error() const;
 };
 
+/// Faults and causes that several tests find.
+LightCause late_frame();
+LightCause stuck_pixels();
+std::vector<LightCause> causes_of_missing_light();
+/// black: the light under a black pattern, as a share of that under a white one.
+LightCause other_light(double black);
+/// share: of the light of the pattern before.
+LightFault afterglow(double share);
+/// less: how much darker pixels beside lit ones are than others, as a share of the light of lit ones.
+LightFault sharpening(double less);
+
 /// Sums of light must be this many standard deviations from what is expected: there are a hundred of them.
 inline constexpr double kLightSigmas = 6;
 

@@ -12,8 +12,6 @@ namespace symrig::acquisition {
 namespace {
 
 constexpr std::size_t kTurns = 8, kSquareOnly = 4, kRandom = 4;
-/// Patterns may be this far from their photographs.
-constexpr int kEarliest = -2, kLatest = 3;
 /// A mean of four correlations has at most twice the standard deviation of one: the halves are complements.
 constexpr double kOrderSigmas = 8;
 /// How much better another order must be. A pattern that scatters light has no direct light, but never more

@@ -12,6 +12,9 @@ namespace symrig::acquisition {
 /// How a camera's picture may lie on that of the projector.
 enum class Turn : std::uint8_t { none, columns, rows, both, transposed, across, quarter, back };
 
+/// Patterns may be this far from their photographs.
+inline constexpr int kEarliest = -2, kLatest = 3;
+
 /// The pixel of the projector that a camera pixel sees. grid: square for the last four.
 std::size_t seen_through(Turn turn, Grid grid, int row, int col);
 

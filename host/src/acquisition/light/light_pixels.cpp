@@ -95,8 +95,7 @@ Found find_stuck(const LightSeries& series) {
   return LightFault{
       fmt::format("{} the same value under all patterns: {:.3g}, where all light gives {:.3g} on average",
                   which, extremes(series, first).most, mean_flood(series)),
-      {{"stuck (hot) pixels of the camera",
-        "state them as not valid, or list them as defects of the sensor"}}};
+      {stuck_pixels()}};
 }
 
 /// Rows or columns, counted along one axis.
@@ -173,10 +172,7 @@ Found find_sharpening(const LightSeries& series) {
   if (std::min({near.count, far.count, lit.count}) < kFewest || less < kShare * lit.mean() ||
       less < kSure * std::sqrt(near.variance_of_mean() + far.variance_of_mean()))
     return std::nullopt;
-  return LightFault{
-      fmt::format("pixels beside lit ones are darker than others by {} of the light of lit ones",
-                  percent_of_light(less / lit.mean())),
-      {{"sharpening in the camera", "switch off sharpening and noise reduction, and take raw frames"}}};
+  return sharpening(less / lit.mean());
 }
 
 }  // namespace

@@ -45,9 +45,7 @@ LightFault dark_photograph(const LightSeries& series, std::size_t k, double shar
   return {fmt::format(
               "photograph {} ({}) has only {} of the light that the other photographs give for its pattern",
               k + 1, series[k].name, percent_of_light(std::max(share, 0.0))),
-          {{"a frame without light: it was lost, or the lamp or the shutter missed it",
-            "tie each photograph to its trigger"},
-           {"a lamp that flickers", "expose for whole periods of the lamp, or use a steady lamp"}}};
+          causes_of_missing_light()};
 }
 
 /// The flood-lit photograph and those of the halves, each from the other two.
@@ -152,12 +150,7 @@ std::optional<LightFault> find_afterglow(const LightSeries& series, const LightM
   if (std::min(before.count, neither.count) < kFewest || glow < kLeastGlow ||
       glow < kSureOfGlow * std::sqrt(before.variance_of_mean() + neither.variance_of_mean()))
     return std::nullopt;
-  return LightFault{
-      fmt::format("each photograph has {} of the light of the pattern before it", percent_of_light(glow)),
-      {{"the projector's picture is not settled, or the exposure begins before the pattern or ends after "
-        "it",
-        "wait longer between pattern and exposure (settle)"},
-       {"a camera that mixes photographs (noise reduction over time)", ""}}};
+  return afterglow(glow);
 }
 
 std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch& match) {

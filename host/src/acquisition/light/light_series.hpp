@@ -20,6 +20,9 @@ struct LightPhotograph {
   PagedVector<float> mean, variance;
 };
 
+/// Fewer pixels tell nothing.
+inline constexpr std::int64_t kFewestPixels = 16;
+
 /// The first photographs of a capture: flood-lit, then those of Checks, in the order in which they were
 /// taken.
 class LightSeries {
