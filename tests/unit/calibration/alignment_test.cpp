@@ -25,7 +25,7 @@ struct Bench {
   double turn, pixels, row, col, distortion;
 };
 
-/// The map of a bench, as docs/command-line.md defines its keys.
+/// The map of a bench, as the keys of a simulated rig describe it.
 Look look_of(const Bench& b) {
   return [b](Point at) {
     const double y = at.row - 0.5 * kCamera.rows, x = at.col - 0.5 * kCamera.cols;

@@ -32,7 +32,7 @@ struct Ghost {
   bool operator==(const Ghost&) const = default;
 };
 
-/// A parsed `sim:<name>[?key=value&...]`. docs/command-line.md lists names, keys and defaults.
+/// A parsed `sim:<name>[?key=value&...]`. `symrig capture --help` lists names, keys and defaults.
 struct SceneUri {
   std::string name = "plane";
   Grid size{128, 128};
@@ -53,7 +53,7 @@ struct SceneUri {
   double light = 1;  ///< transmission of a grey filter before the camera; exposures are 1 / light longer
   std::string profile = "standard";  ///< of the rig's devices: rig_profiles()
 
-  // A bench whose camera has pixels of its own. docs/command-line.md defines each key.
+  // A bench whose camera has pixels of its own. `symrig capture --help` lists the keys.
   int fine = 1;           ///< the scene has fine × fine points in each cell
   Grid camera{0, 0};      ///< empty: the camera shares the projector's cells
   double turn = 0;        ///< of the camera about the axis [degrees]
