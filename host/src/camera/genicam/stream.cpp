@@ -254,9 +254,10 @@ void GenicamStream::accept(ArvBuffer* buffer) {
   }
   const FrameChunks chunks = damaged ? FrameChunks{} : chunks_of(buffer);
   const auto reading = numbers_.read(arv_buffer_get_frame_id(buffer), chunks.trigger_counter);
-  const std::uint64_t missing = reading.missing == 0 ? 0 : lost_before(reading.missing);
-  queue_.count([&reading, missing](StreamReport& report) {
-    report.missing += missing;
+  const std::uint64_t without = without_buffer(reading.missing);
+  queue_.count([&reading, without](StreamReport& report) {
+    report.missing += reading.missing - without;
+    report.overflowed += without;
     report.missing -= reading.found && report.missing > 0 ? 1 : 0;
     report.repeated += reading.step == Step::repeated ? 1 : 0;
     report.reordered += reading.step == Step::backwards ? 1 : 0;
@@ -272,7 +273,8 @@ void GenicamStream::accept(ArvBuffer* buffer) {
   queue_.keep(std::move(frame));
 }
 
-/// Frames for which Aravis had no buffer, because our thread did not run in time.
+/// How often Aravis had no buffer, because our thread did not run in time: for each packet of a GigE frame,
+/// and once for a USB3 frame.
 std::uint64_t GenicamStream::unbuffered() const {
   const std::lock_guard lock(closing_);
   if (!stream_) return unbuffered_;
@@ -281,11 +283,10 @@ std::uint64_t GenicamStream::unbuffered() const {
   return underruns;
 }
 
-/// How many frames of a gap in the numbers are missing. The others had no buffer, and count as overflowed.
-std::uint64_t GenicamStream::lost_before(std::uint64_t gap) {
-  const std::uint64_t without = std::min(gap, unbuffered() - in_gaps_);
-  in_gaps_ += without;
-  return gap - without;
+/// How many frames of a gap in the numbers had no buffer, at most. The others are missing.
+std::uint64_t GenicamStream::without_buffer(std::uint64_t gap) {
+  const std::uint64_t all = unbuffered();
+  return std::min(gap, all - explained_.exchange(all));
 }
 
 /// What the kernel dropped, and the cure. Empty: nothing.
@@ -298,7 +299,8 @@ std::string GenicamStream::socket_words() const {
 
 StreamReport GenicamStream::report() const {
   StreamReport report = queue_.report();
-  report.overflowed += unbuffered();
+  // Those after the last frame have left no gap yet: at least one.
+  if (unbuffered() > explained_) ++report.overflowed;
   const std::lock_guard lock(closing_);
   if (ARV_IS_GV_STREAM(stream_.get()) == 0) return report;
   guint64 resent = 0, missing = 0;

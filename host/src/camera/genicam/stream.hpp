@@ -59,7 +59,7 @@ class GenicamStream {
   FrameChunks chunks_of(ArvBuffer* buffer);
   bool arriving() const;
   std::uint64_t unbuffered() const;
-  std::uint64_t lost_before(std::uint64_t gap);
+  std::uint64_t without_buffer(std::uint64_t gap);
   std::string socket_words() const;
   static void control_lost(ArvDevice* device, gpointer stream);
 
@@ -76,9 +76,9 @@ class GenicamStream {
   bool acquiring_ = false;
   FrameQueue queue_;
   std::unique_ptr<StreamSocket> socket_;
-  std::string socket_cure_;       // what to do if the socket is too small
-  std::uint64_t unbuffered_ = 0;  // of a stream that is closed
-  std::uint64_t in_gaps_ = 0;     // frames without a buffer that left a gap in the numbers
+  std::string socket_cure_;                   // what to do if the socket is too small
+  std::uint64_t unbuffered_ = 0;              // of a stream that is closed
+  std::atomic<std::uint64_t> explained_ = 0;  // of unbuffered(), those before the last frame
   std::atomic<bool> stopping_ = false;
   std::atomic<int> in_hand_ = 0;  // buffers between Aravis and the queue
   int buffers_ = 0;
