@@ -87,6 +87,11 @@ class Columns {
   }
   /// Photographs with strong light that no light of the other direction answers, by all of their entries.
   std::size_t one_way() const;
+  /// The light that goes the other way.
+  double back(std::size_t row, std::size_t col) const {
+    const std::size_t from = row, to = col;
+    return light(to, from);
+  }
   double most(std::size_t row) const { return most_[row]; }
   /// Photographs that hold light of the pixel.
   std::size_t entries(std::size_t row) const { return entries_[row]; }
@@ -146,7 +151,7 @@ std::size_t Columns::one_way() const {
     for (std::int64_t at = column.first; at < column.last && !strong; ++at) {
       const auto row = static_cast<std::size_t>(tensor_.column_rows()[static_cast<std::size_t>(at)]);
       strong = row != col && lit(row) && value(at) > kOwnLight * most_[row] &&
-               light(col, row) < kNotBack * value(at);
+               back(row, col) < kNotBack * value(at);
     }
     found += strong ? 1 : 0;
   }
@@ -347,6 +352,10 @@ Found find_negative_light(const Columns& columns, std::span<const std::int32_t> 
                           std::span<const std::size_t> place) {
   constexpr double kShare = 2e-3, kSure = 6;
   const Grid grid = columns.grid();
+  const auto pixel = [&](int row, int col) {
+    return place[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+                 static_cast<std::size_t>(col)];
+  };
   LightMean less;
   for (std::size_t col = 0; col < columns.size(); ++col) {
     const int r = order[col] / grid.cols, c = order[col] % grid.cols;
@@ -355,11 +364,10 @@ Found find_negative_light(const Columns& columns, std::span<const std::int32_t> 
       continue;
     double near = 0, far = 0, count = 0;
     for (const auto [dr, dc] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
-      near += columns.light(place[static_cast<std::size_t>((r + dr) * grid.cols + c + dc)], col);
+      near += columns.light(pixel(r + dr, c + dc), col);
     for (int row = std::max(0, r - 3); row < std::min(grid.rows, r + 4); ++row)
       for (int at = std::max(0, c - 3); at < std::min(grid.cols, c + 4); ++at)
-        if (std::abs(row - r) + std::abs(at - c) > 2)
-          far += columns.light(place[static_cast<std::size_t>(row * grid.cols + at)], col), count += 1;
+        if (std::abs(row - r) + std::abs(at - c) > 2) far += columns.light(pixel(row, at), col), count += 1;
     if (count > 0) less.add((far / count - near / 4) / own);
   }
   if (less.count < kFewestLit || less.mean() < kShare ||
@@ -449,7 +457,7 @@ Result<void> check_columns(const TransportTensor& measured) {
 
 Result<void> check_sum_of_columns(const TransportTensor& measured, const LightSeries& series,
                                   const LookAside& look) {
-  constexpr double kMuch = 0.05;
+  constexpr double kLeast = 0.05;
   if (!by_brute_force(measured) || measured.camera_grid().size() < kFewestPixels) return {};
   if (const Found lost = find_lost_photograph(measured, series)) return lost->error();
   const std::vector<float> white(series.valid().size(), 1.0F);
@@ -457,7 +465,7 @@ Result<void> check_sum_of_columns(const TransportTensor& measured, const LightSe
   const double wanted = std::accumulate(all.seen.begin(), all.seen.end(), 0.0),
                together = std::accumulate(all.foretold.begin(), all.foretold.end(), 0.0);
   const double excess = wanted > 0 ? together / wanted - 1 : 0;
-  if (std::abs(excess) < kMuch) return {};
+  if (std::abs(excess) < kLeast) return {};
   SYMRIG_TRY(const BlackAndWhite aside, look_at_black_and_white(series, look));
   if (!aside.known || std::abs(aside.black) < kLightSigmas * aside.black_sigma ||
       aside.black * static_cast<double>(white.size()) / excess < kOwnLight)
