@@ -170,16 +170,18 @@ class Graph:
         if self.compiles(output):
             read = self.closure(path for path in read if pathlib.Path(path).is_file() or self.output(path)) | read
         made = {"": hashlib.sha256(self.plain(self.commands[output]).encode()).hexdigest()}
+        # A generator may read comments: the version of the firmware is the hash of its files.
+        digest = self.compiled_digest if self.compiles(output) else self.digest
         for path in read:
             other = self.output(path)
             if other and other != output and not self.links(other):
                 made.update({f"{other}: {key}": value for key, value in self.parts(other).items()} if other != output else {})
             elif not other and str(path).startswith(str(self.build)):
-                made[self.plain(str(path))] = self.compiled_digest(path)
+                made[self.plain(str(path))] = digest(path)
             elif not other:
                 # A folder stands for all that a generator may read there, but no generator reads our pages.
                 files = [file for file in self.files_of(path) if file == path or not file.endswith(".md")]
-                made.update({self.plain(file): self.compiled_digest(file) for file in files})
+                made.update({self.plain(file): digest(file) for file in files})
         return made
 
     def links(self, output):
@@ -221,13 +223,12 @@ class Graph:
                 files |= self.files_of(self.tree / "tests" / "bench-vm" / part)
         for label in test.labels:
             if label.startswith("about:"):
-                files |= self.folder_files(self.tree / label.removeprefix("about:"), lambda file: not file.endswith(".md"))
+                about = self.folder_files(self.tree / label.removeprefix("about:"), lambda file: not file.endswith(".md"))
+                made.update({self.plain(file): self.compiled_digest(file) for file in about})
         for path in self.places(test):
             if path in {str(self.build), str(self.tree)}:
                 made.update(self.everything() if whole and path == str(self.build) else {})
-                # A check of the whole tree reads comments too.
-                texts = [str(self.tree / name) for name in self.tracked] if whole and path == str(self.tree) else []
-                made.update({f"text of {self.plain(file)}": self.digest(file) for file in texts})
+                files |= {str(self.tree / name) for name in self.tracked} if whole and path == str(self.tree) else set()
                 continue
             for output in self.outputs_at(path):
                 made.update(self.made_of(output, whole))
@@ -235,7 +236,8 @@ class Graph:
             if here == {path} and pathlib.Path(path).suffix in SCRIPTS:
                 here |= self.folder_files(pathlib.Path(path).parent, lambda file: pathlib.Path(file).suffix not in NOT_READ_BY_SCRIPTS)
             files |= here
-        made.update({self.plain(file): self.compiled_digest(file) for file in files})
+        # What a script reads, it may read with its comments.
+        made.update({self.plain(file): self.digest(file) for file in files})
         return made
 
     def places(self, test):
