@@ -57,6 +57,15 @@ Result<void> check_packets(ArvDevice* device, const Features& features, const st
   return check_packet_size(camera, static_cast<int>(bytes), *network);
 }
 
+/// Packets of a GigE frame: its data, a leader and a trailer. Aravis counts each one that it has no buffer
+/// for.
+std::uint64_t packets_of(ArvDevice* device, std::int64_t payload) {
+  constexpr std::int64_t kHeaders = 20 + 8 + 8;  // IP, UDP and GVSP
+  if (ARV_IS_GV_DEVICE(device) == 0) return 1;
+  const std::int64_t data = arv_gv_device_get_packet_size(ARV_GV_DEVICE(device), nullptr) - kHeaders;
+  return data > 0 ? static_cast<std::uint64_t>((payload + data - 1) / data + 2) : 1;
+}
+
 std::string_view cause(ArvBufferStatus status) {
   switch (status) {
     case ARV_BUFFER_STATUS_MISSING_PACKETS:
@@ -109,6 +118,7 @@ void GenicamStream::enlarge_socket(std::size_t payload) {
 Result<void> GenicamStream::begin() {
   SYMRIG_CHECK(check_packets(device_, features_, plan_.camera));
   SYMRIG_TRY(const std::int64_t payload, features_.integer("PayloadSize"));
+  each_unbuffered_ = packets_of(device_, payload);
   // As root, Aravis would read packets beside the kernel's network: nothing arrives from the loopback device,
   // no firewall applies, and nobody counts the packets that found no room.
   if (ARV_IS_GV_DEVICE(device_) != 0)
@@ -283,10 +293,14 @@ std::uint64_t GenicamStream::unbuffered() const {
   return underruns;
 }
 
-/// How many frames of a gap in the numbers had no buffer, at most. The others are missing.
+/// How many frames of a gap in the numbers had no buffer. The others are missing. The gap may be seen long
+/// after its frames, so what it does not explain is kept for later ones.
 std::uint64_t GenicamStream::without_buffer(std::uint64_t gap) {
-  const std::uint64_t all = unbuffered();
-  return std::min(gap, all - explained_.exchange(all));
+  if (gap == 0) return 0;
+  const std::uint64_t left = unbuffered() - explained_;
+  const std::uint64_t frames = std::min(gap, (left + each_unbuffered_ - 1) / each_unbuffered_);
+  explained_ += std::min(left, frames * each_unbuffered_);
+  return frames;
 }
 
 /// What the kernel dropped, and the cure. Empty: nothing.
@@ -299,8 +313,8 @@ std::string GenicamStream::socket_words() const {
 
 StreamReport GenicamStream::report() const {
   StreamReport report = queue_.report();
-  // Those after the last frame have left no gap yet: at least one.
-  if (unbuffered() > explained_) ++report.overflowed;
+  // Those after the last frame have left no gap yet.
+  report.overflowed += (unbuffered() - explained_) / each_unbuffered_;
   const std::lock_guard lock(closing_);
   if (ARV_IS_GV_STREAM(stream_.get()) == 0) return report;
   guint64 resent = 0, missing = 0;

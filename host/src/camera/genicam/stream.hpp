@@ -78,7 +78,8 @@ class GenicamStream {
   std::unique_ptr<StreamSocket> socket_;
   std::string socket_cure_;                   // what to do if the socket is too small
   std::uint64_t unbuffered_ = 0;              // of a stream that is closed
-  std::atomic<std::uint64_t> explained_ = 0;  // of unbuffered(), those before the last frame
+  std::uint64_t each_unbuffered_ = 1;         // how much of unbuffered() a frame is
+  std::atomic<std::uint64_t> explained_ = 0;  // of unbuffered(), what gaps in the numbers explain
   std::atomic<bool> stopping_ = false;
   std::atomic<int> in_hand_ = 0;  // buffers between Aravis and the queue
   int buffers_ = 0;
