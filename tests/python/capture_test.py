@@ -163,7 +163,7 @@ def test_a_stop_in_the_refit_keeps_the_log(tmp_path):
 def test_progress_and_its_stop():
     steps = []
     symrig.capture("sim:plane?size=8x8", progress=steps.append)
-    assert steps[-1].done > 10 and isinstance(steps[0].stage, str)
+    assert max(step.done for step in steps) > 10 and isinstance(steps[0].stage, str)
     with pytest.raises(symrig.Interrupted) as stop:
         symrig.capture("sim:gummy?size=16x16", progress=lambda step: step.done < 5)
     assert stop.value.code == 402
@@ -185,7 +185,7 @@ def test_budgets_and_other_options_are_checked_by_the_library():
 
 
 def test_a_log_is_kept_and_resumed(tmp_path):
-    t, grid = integers((12, 10)), (12, 10)
+    t, grid = integers((12, 22)), (12, 22)
     whole = symrig.capture(Matrix(t, grid), polish=0)
     output = tmp_path / "scene.h5"
     with pytest.raises(symrig.Interrupted, match="scene.h5.log keeps .* photographs: continue with resume"):
