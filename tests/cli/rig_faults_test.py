@@ -70,6 +70,9 @@ TABLE = {
 }
 
 WITHOUT_CHECKS = ("none", "capped", "room", "inverted", "late", "mirrored", "quarter", "gamma=2.2", "stuck=0.9")
+# So few pixels that random patterns do not tell their order.
+SEARCHED_FEW = ("none", "mirrored", "flipped", "turned", "quarter", "transposed", "moved=3", "inverted_black", "sharpened=0.3")
+OTHERS_FEW = ("none", "mirrored", "quarter", "moved=3")
 # One photograph of many that is wrong: brute force has no second one of it.
 ONE_OF_BRUTE = {"once=30": "late or twice", "doubled=30": "late", "lost=25": "lacks", "moves=3": "has moved", "blended=0.1": "not settled"}
 
@@ -179,7 +182,12 @@ with tempfile.TemporaryDirectory() as folder:
     # 49 random pixels tell no order, but each pixel alone does.
     for fault, (words, _) in TABLE.items():
         capture_without_checks(fault, ONE_OF_BRUTE.get(fault, words), size="7x7")
+    for fault in SEARCHED_FEW:
+        capture_without_checks(fault, TABLE[fault][0], size="8x8")
+    for fault in OTHERS_FEW:
+        for algorithm in ("paper", "dual"):
+            capture_without_checks(fault, TABLE[fault][0], "--algorithm", algorithm, size="7x7")
     for fault in ("late", "inverted"):
         one_dark_photograph(fault)
-print(f"{3 * len(TABLE) + 3 * len(WITHOUT_CHECKS) + len(ONE_OF_BRUTE) + len(TABLE) + 2} cells, {len(failures)} failures")
+print(f"{3 * len(TABLE) + 3 * len(WITHOUT_CHECKS) + len(ONE_OF_BRUTE) + len(TABLE) + len(SEARCHED_FEW) + 2 * len(OTHERS_FEW) + 2} cells, {len(failures)} failures")
 sys.exit(1 if failures else 0)

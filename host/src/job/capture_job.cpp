@@ -131,21 +131,6 @@ Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progre
   return saved;
 }
 
-/// What an algorithm has not judged by photographs of its own is judged by seven at the end: so the capture's
-/// own photographs, and its result, are those of capture(). A budget must leave room for them. The picture of
-/// a rig that is not coaxial may lie anywhere.
-Result<void> judge_light(const CaptureOptions& options, OpenedRig& rig, const CaptureResult& result) {
-  constexpr std::int64_t kPhotographs = 7;
-  // Where brute force had to finish a search, the held-out photographs have become part of the tensor.
-  const bool searched = !result.held_out.empty() || result.undetermined;
-  const bool judged = searched || options.unchecked || !rig.coaxial;
-  const bool spare = options.max_seconds == 0 &&
-                     (options.max_patterns == 0 || result.patterns + kPhotographs <= options.max_patterns);
-  if (judged) return {};
-  SYMRIG_CHECK(check_measured_light(result.tensor));
-  return spare ? check_light_of_rig(*rig.probe, &result.tensor, options.progress) : Result<void>();
-}
-
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
                                         OpenedRig& rig, PhotographLog* log) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
@@ -241,7 +226,8 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
     return found;
   };
   checked.accept = [&](const CaptureResult& result) -> Result<void> {
-    const Result<void> light = judge_light(job.options, rig, result);
+    // The picture of a rig that is not coaxial may lie anywhere.
+    const Result<void> light = rig.coaxial ? judge_light(*rig.probe, job.options, result) : Result<void>();
     wrong = !light && light.error().code == ErrorCode::wrong_light;
     return light && job.accept ? job.accept(result) : light;
   };

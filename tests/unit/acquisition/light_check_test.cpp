@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rigs whose photographs contradict their patterns. tests/cli/rig_faults_test.py has the table of all faults.
+#include "acquisition/light/light_columns.hpp"
 #include "dense_scene.hpp"
 #include "workbench.hpp"
 
@@ -87,7 +88,7 @@ TEST(LightCheck, brute_force_shows_which_photograph_was_late) {
       },
       {.algorithm = Algorithm::brute});
   ASSERT_TRUE(result.ok()) << result.error().line();
-  const auto judged = check_measured_light(result->tensor);
+  const auto judged = acquisition::check_columns(result->tensor);
   ASSERT_FALSE(judged.ok());
   EXPECT_NE(judged.error().line().find("photograph 30 of a single pixel"), std::string::npos)
       << judged.error().line();
@@ -99,7 +100,7 @@ TEST(LightCheck, light_that_goes_one_way_is_no_late_photograph) {
   DenseProbe probe(scene);
   const auto result = capture(probe, {.algorithm = Algorithm::brute});
   ASSERT_TRUE(result.ok()) << result.error().line();
-  EXPECT_TRUE(check_measured_light(result->tensor).ok());
+  EXPECT_TRUE(acquisition::check_columns(result->tensor).ok());
 }
 
 }  // namespace

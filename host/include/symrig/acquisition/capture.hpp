@@ -205,16 +205,16 @@ struct CaptureResult {
 /// if every photograph is invalid; wrong_light; limit; interrupted.
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options);
 
-/// Whether what brute force has measured can be that of a coaxial rig: the photographs of single pixels show
-/// by themselves whether they are late, lost, mirrored or moved. Another tensor is not judged.
-/// fails: wrong_light.
-Result<void> check_measured_light(const TransportTensor& measured);
-
-/// Judges a coaxial rig by seven photographs of its own, as capture() does by its first ones. For algorithms
-/// without held-out photographs, which judge the flood-lit one alone. Fewer than 64 pixels are lit one by one
-/// before. measured: what brute force has measured, to be compared with the seven; may be nullptr.
+/// Judges a coaxial rig by seven photographs of its own, as capture() does by its first ones. Fewer than 256
+/// pixels are lit one by one before: random patterns of so few do not tell their order.
 /// fails: wrong_light; as the rig; interrupted.
 Result<void> check_light_of_rig(Probe& rig, const Progress& progress = {});
-Result<void> check_light_of_rig(Probe& rig, const TransportTensor* measured, const Progress& progress = {});
+
+/// Judges what a capture of a coaxial rig has not judged by itself: that of an algorithm without held-out
+/// photographs, or of fewer than 256 pixels. The photographs of brute force show by themselves which one is
+/// late, lost, mirrored or moved.
+/// cost: as check_light_of_rig(), after the capture; none with max_seconds, without room in max_patterns, or
+/// with unchecked.  fails: wrong_light; as the rig; interrupted.
+Result<void> judge_light(Probe& rig, const CaptureOptions& options, const CaptureResult& result);
 
 }  // namespace symrig

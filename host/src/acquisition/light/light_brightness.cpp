@@ -173,20 +173,29 @@ std::optional<LightFault> find_automatic(const LightSeries& series) {
        {"an automatic iris or dynamic contrast of the projector", ""}}};
 }
 
-Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LookAside& look) {
+Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LightMatch& match,
+                                                        const LookAside& look) {
+  if (auto automatic = find_automatic(series)) return automatic;
   const LeftOver over(series);
   if (std::abs(over.share()) < std::max(kLittle, kLightSigmas * over.sigma()))
     return std::optional<LightFault>();
   SYMRIG_TRY(const BlackAndWhite aside, look_at_black_and_white(series, look));
   LightFault fault{
-      fmt::format("the light does not add up: the photographs of two halves together have {:+.2g} % of "
+      fmt::format("the light does not add up: the photographs of two halves together have {}{} of "
                   "the light that all pixels give",
-                  100 * over.share()),
+                  over.share() > 0 ? "+" : "", percent_of_light(over.share())),
       {}};
   const bool other = aside.known &&
                      std::abs(aside.black) > std::max(kLittle / 3, kLightSigmas * aside.black_sigma) &&
                      std::abs(aside.black) > 0.3 * std::abs(over.share());
   if (other) fault.causes.push_back(other_light(aside.black));
+  if (other && !match.follows())
+    fault.causes.push_back(
+        {fmt::format(
+             "light of other patterns, which {} pixels cannot tell: a camera that is late, or a projector "
+             "that is not settled or shows black for white",
+             series.pixels()),
+         "capture with --algorithm brute, which tells"});
   // Where nothing can be asked, light of other sources looks much like a curve.
   if (!aside.known)
     fault.causes.push_back({"light of other sources, or a wrong black level",

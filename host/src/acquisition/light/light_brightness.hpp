@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/light/light_check.hpp"
+#include "acquisition/light/light_order.hpp"
 #include "acquisition/light/light_sums.hpp"
 
 #include <optional>
@@ -43,9 +44,10 @@ Result<BlackAndWhite> look_at_black_and_white(const LightSeries& series, const L
 /// Automatic exposure: more light than if everything is lit, and the more the fewer pixels are lit.
 std::optional<LightFault> find_automatic(const LightSeries& series);
 
-/// Light that does not add up: light of other sources, a wrong black level, a camera that is not linear, a
-/// lamp that flickers.
-/// fails: as look.
-Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LookAside& look);
+/// Light that does not add up, or that is more than all light: automatic exposure, light of other sources, a
+/// wrong black level, a camera that is not linear, a lamp that flickers. Where the photographs do not show
+/// that they follow their patterns, light of other patterns too. fails: as look.
+Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& series, const LightMatch& match,
+                                                        const LookAside& look);
 
 }  // namespace symrig::acquisition

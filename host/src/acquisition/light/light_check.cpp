@@ -157,30 +157,17 @@ Found find_exchanged(const LightSeries& series, const LightMatch& match) {
 }
 
 /// Light that does not depend on the pattern at all.
-Found find_constant(const LightSeries& series, const LightMatch& match) {
+Found find_constant(const LightSums& sums, const LightMatch& match) {
   constexpr double kAlike = 0.25;  // half of the pixels lit give half of the light
-  if (match.follows()) return std::nullopt;
-  const LightSums sums(series);
-  if (sums.spread() > kAlike) return std::nullopt;
-  const double changed = sums.changed();
-  LightFault fault{
+  constexpr double kEqual = 0.1;   // times the noise
+  if (match.follows() || sums.spread() > kAlike) return std::nullopt;
+  return LightFault{
       fmt::format(
-          "the photographs do not depend on the patterns: {} of the pixels lit give {} of the light of all",
+          "the photographs do not depend on the patterns: {} of the pixels lit give {} of the light of all, "
+          "and two halves differ by {:.1f} times their noise",
           percent_of_light(sums.share_lit(LightSeries::kSparse)),
-          percent_of_light(sums.share(LightSeries::kSparse))),
-      {}};
-  const LightCause repeats{
-      changed == 0
-          ? "the camera gives the same photograph again and again: all are equal, noise included"
-          : fmt::format("the camera gives old photographs: they differ by {:.1f} times their noise", changed),
-      "check that the camera takes a new photograph for each trigger"};
-  const LightCause room{
-      "the projector's light does not reach the camera, and other light does (the lamp is off, "
-      "the room is lit)",
-      "switch the lamp on, and cover the rig"};
-  const LightCause still{"the projector does not change its picture", "check what the projector shows"};
-  fault.causes = changed < 0.1 ? std::vector{repeats, still} : std::vector{room, still, repeats};
-  return fault;
+          percent_of_light(sums.share(LightSeries::kSparse)), sums.changed()),
+      causes_of_constant_light(sums.changed() < kEqual)};
 }
 
 }  // namespace
@@ -220,18 +207,19 @@ Result<void> check_light(const LightSeries& series, const LookAside& look) {
   const LightMatch match(series);
   if (const Found order = find_other_order(series, match)) return order->error();
   if (const Found exchanged = find_exchanged(series, match)) return exchanged->error();
-  const Found constant = find_constant(series, match);
-  if (constant && LightSums(series).changed() == 0) return constant->error();
+  const LightSums sums(series);
+  const Found constant = find_constant(sums, match);
+  if (constant && sums.changed() == 0) return constant->error();
   // One stuck pixel can be most of the light.
   if (const Found pixels = find_wrong_pixels(series)) return pixels->error();
-  if (const Found automatic = find_automatic(series)) return automatic->error();
-  if (constant) return constant->error();
+  // On few pixels, automatic exposure looks like light that does not depend on the pattern.
+  if (constant && !find_automatic(series)) return constant->error();
   if (const Found shift = find_shift(series, match)) return shift->error();
   if (const Found missing = find_missing_light(series, match)) return missing->error();
   if (const Found glow = find_afterglow(series, match)) return glow->error();
   SYMRIG_TRY(const Found dead, find_dead_lines(series, look));
   if (dead) return dead->error();
-  SYMRIG_TRY(const Found brightness, find_wrong_brightness(series, look));
+  SYMRIG_TRY(const Found brightness, find_wrong_brightness(series, match, look));
   if (brightness) return brightness->error();
   return {};
 }

@@ -53,13 +53,12 @@ class Columns {
   explicit Columns(const TransportTensor& measured)
       : tensor_(measured),
         grid_(measured.camera_grid()),
-        place_(measured.camera_tree().order().size()),
-        most_(place_.size()),
-        least_(place_.size(), std::numeric_limits<double>::infinity()),
-        entries_(place_.size()) {
+        pixels_(measured.camera_tree().order().size()),
+        most_(pixels_.size()),
+        least_(pixels_.size(), std::numeric_limits<double>::infinity()),
+        entries_(pixels_.size()) {
     const auto order = tensor_.camera_tree().order();
-    for (std::size_t t = 0; t < order.size(); ++t)
-      place_[static_cast<std::size_t>(order[t])] = static_cast<std::int32_t>(t);
+    for (std::size_t t = 0; t < order.size(); ++t) pixels_[static_cast<std::size_t>(order[t])] = t;
     for (const SparseColumn& column : tensor_.columns())
       for (std::int64_t at = column.first; at < column.last; ++at) {
         const auto row = static_cast<std::size_t>(tensor_.column_rows()[static_cast<std::size_t>(at)]);
@@ -85,32 +84,37 @@ class Columns {
                ? value(column.first + (at - rows.begin()))
                : 0;
   }
-  /// Photographs with strong light that no light of the other direction answers, by all of their entries.
-  std::size_t one_way() const;
-  /// The light that goes the other way.
-  double back(std::size_t row, std::size_t col) const {
-    const std::size_t from = row, to = col;
-    return light(to, from);
-  }
+  /// Of a pixel in all photographs.
   double most(std::size_t row) const { return most_[row]; }
+  double least(std::size_t row) const { return least_[row]; }
   /// Photographs that hold light of the pixel.
   std::size_t entries(std::size_t row) const { return entries_[row]; }
-  double least(std::size_t row) const { return least_[row]; }
+  /// Photographs with strong light to which no light back belongs.
+  std::size_t photographs_of_one_way() const;
   /// The pixel reflects enough light to tell something.
   bool lit(std::size_t row) const { return most_[row] > lit_ && lit_ > 0; }
 
+  /// Row and column of a pixel, and back.
+  std::array<int, 2> place(std::size_t pixel) const {
+    const int raster = tensor_.camera_tree().order()[pixel];
+    return {raster / grid_.cols, raster % grid_.cols};
+  }
+  std::size_t pixel(int row, int col) const {
+    return pixels_[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid_.cols) +
+                   static_cast<std::size_t>(col)];
+  }
   /// The camera pixel that holds the light of photograph `col`; none: outside.
   std::optional<std::size_t> seen_at(const Way& way, std::size_t col) const {
     const std::int64_t shown = static_cast<std::int64_t>(col) - way.order.late;
     if (shown < 0 || shown >= static_cast<std::int64_t>(size())) return std::nullopt;
-    const auto raster = tensor_.camera_tree().order()[static_cast<std::size_t>(shown)];
-    const int row = raster / grid_.cols - way.down, col_of = raster % grid_.cols - way.right;
-    if (row < 0 || row >= grid_.rows || col_of < 0 || col_of >= grid_.cols) return std::nullopt;
+    const auto [lit_row, lit_col] = place(static_cast<std::size_t>(shown));
+    const int at_row = lit_row - way.down, at_col = lit_col - way.right;
+    if (at_row < 0 || at_row >= grid_.rows || at_col < 0 || at_col >= grid_.cols) return std::nullopt;
     // Where the picture is turned by a quarter, the camera sees in one sense what it shows in the other.
     const Turn turn = way.order.turn == Turn::quarter ? Turn::back
                       : way.order.turn == Turn::back  ? Turn::quarter
                                                       : way.order.turn;
-    return static_cast<std::size_t>(place_[seen_through(turn, grid_, row, col_of)]);
+    return pixels_[seen_through(turn, grid_, at_row, at_col)];
   }
   /// Whether photograph `col` holds the light of a way's pixel; none: nothing is known of this pixel.
   std::optional<bool> follows(const Way& way, std::size_t col) const {
@@ -119,8 +123,8 @@ class Columns {
     return light(*row, col) > kOwnLight * most(*row);
   }
   std::string name(std::size_t pixel) const {
-    const int raster = tensor_.camera_tree().order()[pixel];
-    return fmt::format("row {}, column {}", raster / grid_.cols, raster % grid_.cols);
+    const auto [row, col] = place(pixel);
+    return fmt::format("row {}, column {}", row, col);
   }
 
  private:
@@ -137,38 +141,25 @@ class Columns {
 
   const TransportTensor& tensor_;
   Grid grid_;
-  std::vector<std::int32_t> place_;  // of raster pixels in tree order
+  std::vector<std::size_t> pixels_;  // in tree order, of places in raster order
   std::vector<double> most_, least_;
   std::vector<std::size_t> entries_;
   double lit_ = 0;
 };
 
-std::size_t Columns::one_way() const {
+std::size_t Columns::photographs_of_one_way() const {
   std::size_t found = 0;
-  for (std::size_t col = 0; col < size(); ++col) {
-    const SparseColumn& column = tensor_.columns()[col];
+  for (std::size_t from = 0; from < size(); ++from) {
+    const SparseColumn& column = tensor_.columns()[from];
     bool strong = false;
     for (std::int64_t at = column.first; at < column.last && !strong; ++at) {
-      const auto row = static_cast<std::size_t>(tensor_.column_rows()[static_cast<std::size_t>(at)]);
-      strong = row != col && lit(row) && value(at) > kOwnLight * most_[row] &&
-               back(row, col) < kNotBack * value(at);
+      const auto to = static_cast<std::size_t>(tensor_.column_rows()[static_cast<std::size_t>(at)]);
+      strong = to != from && lit(to) && value(at) > kOwnLight * most_[to] &&
+               light(from, to) < kNotBack * value(at);
     }
     found += strong ? 1 : 0;
   }
   return found;
-}
-
-/// Measured by brute force: a photograph for each pixel, and nothing else.
-bool by_brute_force(const TransportTensor& measured) {
-  const auto columns = measured.columns();
-  if (measured.symmetric() || measured.camera_grid() != measured.projector_grid() ||
-      std::ranges::ssize(columns) != measured.camera_grid().size())
-    return false;
-  for (std::size_t k = 0; k < columns.size(); ++k)
-    if (columns[k].col_begin != static_cast<std::int32_t>(k) ||
-        columns[k].col_end != columns[k].col_begin + 1)
-      return false;
-  return true;
 }
 
 std::vector<Way> all_ways(Grid grid) {
@@ -280,7 +271,8 @@ std::optional<Before> before(const Columns& columns, std::size_t col) {
 Found find_late_photograph(const Columns& columns) {
   // Where much light goes one way only, T is not symmetric: that is a rig that is not coaxial.
   constexpr std::size_t kOneOf = 50;
-  if (columns.one_way() > std::max<std::size_t>(1, columns.size() / kOneOf)) return std::nullopt;
+  if (columns.photographs_of_one_way() > std::max<std::size_t>(1, columns.size() / kOneOf))
+    return std::nullopt;
   for (std::size_t col = 1; col < columns.size(); ++col) {
     const auto kept = before(columns, col);
     if (!kept || kept->light < kOwnLight * columns.most(col - 1) ||
@@ -290,8 +282,9 @@ Found find_late_photograph(const Columns& columns) {
     return LightFault{
         fmt::format("photograph {} of a single pixel shows the pixel of photograph {} ({}): {} of its light, "
                     "and {} goes the other way",
-                    col + 1, col, columns.name(col - 1), percent_of_light(kept->light / kept->own),
-                    percent_of_light((kept->light - kept->excess) / kept->own)),
+                    col + 1, col, columns.name(col - 1),
+                    percent_of_light(kept->light / columns.most(col - 1)),
+                    percent_of_light((kept->light - kept->excess) / columns.most(col - 1))),
         {late_frame()}};
   }
   return std::nullopt;
@@ -331,44 +324,47 @@ Found find_inverted(const Columns& columns) {
       {cause_of_order({0, true, Turn::none})}};
 }
 
-std::vector<std::size_t> constant_pixels(const Columns& columns) {
+/// Pixels that do not depend on what is lit: a few are stuck, and most are light that no pattern changes.
+Found find_constant_pixels(const Columns& columns) {
   constexpr double kConstant = 0.8;
   std::vector<std::size_t> found;
-  for (std::size_t row = 0; row < columns.size(); ++row)
-    if (columns.lit(row) && columns.least(row) > kConstant * columns.most(row)) found.push_back(row);
-  return found;
-}
-
-Found find_stuck_pixels(const Columns& columns, const std::vector<std::size_t>& stuck) {
-  if (stuck.empty()) return std::nullopt;
-  return LightFault{
-      fmt::format("{} pixel{} the same value whichever pixel is lit, the first one at {}", stuck.size(),
-                  stuck.size() == 1 ? " has" : "s have", columns.name(stuck.front())),
+  bool equal = true;
+  for (std::size_t row = 0; row < columns.size(); ++row) {
+    if (!columns.lit(row) || columns.least(row) <= kConstant * columns.most(row)) continue;
+    found.push_back(row);
+    equal = equal && columns.least(row) == columns.most(row);
+  }
+  if (found.empty()) return std::nullopt;
+  LightFault fault{
+      fmt::format("{} of {} pixels {} the same light whichever pixel is lit, the first one at {}",
+                  found.size(), columns.size(), found.size() == 1 ? "has" : "have",
+                  columns.name(found.front())),
       {stuck_pixels()}};
+  if (2 * found.size() > columns.size()) fault.causes = causes_of_constant_light(equal);
+  return fault;
 }
 
-/// Light beside the lit pixel that is below that farther away.
-Found find_negative_light(const Columns& columns, std::span<const std::int32_t> order,
-                          std::span<const std::size_t> place) {
-  constexpr double kShare = 2e-3, kSure = 6;
+/// Light beside the lit pixel that is below that of nearly all pixels farther away. Below the most of them is
+/// no fault: a plane that faces another lights that, and not itself.
+Found find_negative_light(const Columns& columns) {
+  constexpr double kShare = 2e-3, kSure = 6, kDarkest = 0.1;
   const Grid grid = columns.grid();
-  const auto pixel = [&](int row, int col) {
-    return place[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
-                 static_cast<std::size_t>(col)];
-  };
   LightMean less;
+  std::vector<double> far;
   for (std::size_t col = 0; col < columns.size(); ++col) {
-    const int r = order[col] / grid.cols, c = order[col] % grid.cols;
+    const auto [r, c] = columns.place(col);
     const double own = columns.light(col, col);
     if (!columns.lit(col) || own <= 0 || r == 0 || c == 0 || r + 1 == grid.rows || c + 1 == grid.cols)
       continue;
-    double near = 0, far = 0, count = 0;
+    double near = 0;
     for (const auto [dr, dc] : {std::array{-1, 0}, {1, 0}, {0, -1}, {0, 1}})
-      near += columns.light(pixel(r + dr, c + dc), col);
+      near += columns.light(columns.pixel(r + dr, c + dc), col);
+    far.clear();
     for (int row = std::max(0, r - 3); row < std::min(grid.rows, r + 4); ++row)
       for (int at = std::max(0, c - 3); at < std::min(grid.cols, c + 4); ++at)
-        if (std::abs(row - r) + std::abs(at - c) > 2) far += columns.light(pixel(row, at), col), count += 1;
-    if (count > 0) less.add((far / count - near / 4) / own);
+        if (std::abs(row - r) + std::abs(at - c) > 2)
+          far.push_back(columns.light(columns.pixel(row, at), col));
+    if (!far.empty()) less.add((quantile(far, kDarkest) - near / 4) / own);
   }
   if (less.count < kFewestLit || less.mean() < kShare ||
       less.mean() < kSure * std::sqrt(less.variance_of_mean()))
@@ -381,9 +377,10 @@ struct Compared {
   std::vector<double> foretold, seen;
 };
 
-/// shown: by pixel in tree order. plus, minus: the photographs whose difference it gives.
-Compared compare(const TransportTensor& measured, std::span<const float> shown, const LightPhotograph& plus,
-                 const LightPhotograph* minus) {
+/// shown: by pixel in tree order. plus, minus: the photographs whose difference it gives. Pixels that are not
+/// valid are 0 in both.
+Compared compare(const TransportTensor& measured, std::span<const float> shown, const LightSeries& series,
+                 LightSeries::Place plus, std::optional<LightSeries::Place> minus) {
   const auto order = measured.camera_tree().order();
   Compared found{std::vector<double>(order.size()), std::vector<double>(order.size())};
   std::vector<float> light(order.size());
@@ -394,8 +391,12 @@ Compared compare(const TransportTensor& measured, std::span<const float> shown, 
   }
   for (std::size_t t = 0; t < light.size(); ++t) {
     const auto at = static_cast<std::size_t>(order[t]);
-    found.seen[t] =
-        static_cast<double>(plus.mean[at]) - (minus != nullptr ? static_cast<double>(minus->mean[at]) : 0);
+    if (series.valid()[at] == 0) {
+      found.foretold[t] = 0;
+      continue;
+    }
+    found.seen[t] = static_cast<double>(series[plus].mean[at]);
+    if (minus) found.seen[t] -= static_cast<double>(series[*minus].mean[at]);
   }
   return found;
 }
@@ -411,19 +412,20 @@ Found find_lost_photograph(const TransportTensor& measured, const LightSeries& s
   std::vector<float> shown(order.size());
   for (std::size_t t = 0; t < shown.size(); ++t)
     shown[t] = half.lit[static_cast<std::size_t>(order[t])] != 0 ? 1 : -1;
-  const Compared both = compare(measured, shown, half, &other);
+  const Compared both = compare(measured, shown, series, LightSeries::kHalf, LightSeries::kOtherHalf);
   for (std::size_t t = 0; t < shown.size(); ++t) {
     const auto at = static_cast<std::size_t>(order[t]);
     if (series.valid()[at] == 0) continue;
-    const double lacks = static_cast<double>(shown[t]) * (both.seen[t] - both.foretold[t]),
-                 light = static_cast<double>(flood.mean[at]),
-                 // What is foretold has the noise of all photographs that hold some of this pixel's light.
-        alone = std::min(static_cast<double>(series[LightSeries::kSparse].variance[at]),
-                         static_cast<double>(series[LightSeries::kOtherSparse].variance[at])),
-                 sigma = std::sqrt(static_cast<double>(half.variance[at]) +
-                                   static_cast<double>(other.variance[at]) +
-                                   static_cast<double>(columns.entries(t)) * alone);
-    if (lacks < std::max(kLost * light, kLightSigmas * sigma) || columns.light(t, t) > kNotBack * lacks)
+    const auto light = static_cast<double>(flood.mean[at]);
+    const double lacks = static_cast<double>(shown[t]) * (both.seen[t] - both.foretold[t]);
+    // What is foretold has the noise of all photographs that hold some of this pixel's light.
+    const double alone = std::min(static_cast<double>(series[LightSeries::kSparse].variance[at]),
+                                  static_cast<double>(series[LightSeries::kOtherSparse].variance[at]));
+    const double sigma =
+        std::sqrt(static_cast<double>(half.variance[at]) + static_cast<double>(other.variance[at]) +
+                  static_cast<double>(columns.entries(t)) * alone);
+    if (light <= 0 || lacks < std::max(kLost * light, kLightSigmas * sigma) ||
+        columns.light(t, t) > kNotBack * lacks)
       continue;
     return LightFault{
         fmt::format("photograph {}, of one pixel alone, lacks {} of the light that this pixel has if all "
@@ -436,32 +438,38 @@ Found find_lost_photograph(const TransportTensor& measured, const LightSeries& s
 
 }  // namespace
 
+bool are_columns(const TransportTensor& measured) {
+  const auto columns = measured.columns();
+  if (measured.symmetric() || measured.camera_grid() != measured.projector_grid() ||
+      measured.camera_grid().size() < kFewestPixels ||
+      std::ranges::ssize(columns) != measured.camera_grid().size())
+    return false;
+  for (std::size_t k = 0; k < columns.size(); ++k)
+    if (columns[k].col_begin != static_cast<std::int32_t>(k) ||
+        columns[k].col_end != columns[k].col_begin + 1)
+      return false;
+  return true;
+}
+
 Result<void> check_columns(const TransportTensor& measured) {
-  if (!by_brute_force(measured) || measured.camera_grid().size() < kFewestPixels) return {};
   const Columns columns(measured);
-  const auto order = measured.camera_tree().order();
-  std::vector<std::size_t> place(order.size());
-  for (std::size_t t = 0; t < order.size(); ++t) place[static_cast<std::size_t>(order[t])] = t;
   if (const Found inverted = find_inverted(columns)) return inverted->error();
-  const std::vector<std::size_t> constant = constant_pixels(columns);
-  if (2 * constant.size() > columns.size()) return {};  // light without patterns: check_light() knows it
-  if (const Found stuck = find_stuck_pixels(columns, constant)) return stuck->error();
+  if (const Found constant = find_constant_pixels(columns)) return constant->error();
   const std::vector<Way> ways = all_ways(columns.grid());
   if (const Found way = find_way(columns, ways)) return way->error();
   if (const Found change = find_change(columns, ways)) return change->error();
   if (const Found late = find_late_photograph(columns)) return late->error();
   if (const Found glow = find_glow(columns)) return glow->error();
-  if (const Found negative = find_negative_light(columns, order, place)) return negative->error();
+  if (const Found negative = find_negative_light(columns)) return negative->error();
   return {};
 }
 
 Result<void> check_sum_of_columns(const TransportTensor& measured, const LightSeries& series,
                                   const LookAside& look) {
   constexpr double kLeast = 0.05;
-  if (!by_brute_force(measured) || measured.camera_grid().size() < kFewestPixels) return {};
   if (const Found lost = find_lost_photograph(measured, series)) return lost->error();
   const std::vector<float> white(series.valid().size(), 1.0F);
-  const Compared all = compare(measured, white, series[LightSeries::kFlood], nullptr);
+  const Compared all = compare(measured, white, series, LightSeries::kFlood, std::nullopt);
   const double wanted = std::accumulate(all.seen.begin(), all.seen.end(), 0.0),
                together = std::accumulate(all.foretold.begin(), all.foretold.end(), 0.0);
   const double excess = wanted > 0 ? together / wanted - 1 : 0;
@@ -471,9 +479,9 @@ Result<void> check_sum_of_columns(const TransportTensor& measured, const LightSe
       aside.black * static_cast<double>(white.size()) / excess < kOwnLight)
     return {};
   return LightFault{
-      fmt::format("the light does not add up: the photographs of single pixels together have {:+.2g} "
-                  "% of the light that all pixels give",
-                  100 * excess),
+      fmt::format("the light does not add up: the photographs of single pixels together have {}{} "
+                  "of the light that all pixels give",
+                  excess > 0 ? "+" : "", percent_of_light(excess)),
       {other_light(aside.black)}}
       .error();
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_fault.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
@@ -34,6 +35,19 @@ std::vector<LightCause> causes_of_missing_light() {
           {"a lamp that flickers", "expose for whole periods of the lamp, or use a steady lamp"}};
 }
 
+std::vector<LightCause> causes_of_constant_light(bool equal) {
+  const LightCause repeats{
+      equal ? "the camera gives the same photograph again and again: all are equal, noise included"
+            : "the camera gives old photographs",
+      "check that the camera takes a new photograph for each trigger"};
+  const LightCause room{
+      "the projector's light does not reach the camera, and other light does (the lamp is off, "
+      "the room is lit)",
+      "switch the lamp on, and cover the rig"};
+  const LightCause still{"the projector does not change its picture", "check what the projector shows"};
+  return equal ? std::vector{repeats, still} : std::vector{room, still, repeats};
+}
+
 LightCause other_light(double black) {
   if (black > 0)
     return {fmt::format(
@@ -65,7 +79,9 @@ LightFault sharpening(double less) {
 }
 
 std::string percent_of_light(double share) {
-  return fmt::format("{:.2g} %", 100 * share);
+  const double percent = 100 * share;
+  // Two digits of a number of three are no number that a person reads.
+  return std::abs(percent) < 99.5 ? fmt::format("{:.2g} %", percent) : fmt::format("{:.0f} %", percent);
 }
 
 }  // namespace symrig::acquisition

@@ -14,31 +14,15 @@ namespace symrig {
 
 namespace {
 
-/// Random patterns of fewer pixels tell no order (LightMatch), and so few are soon lit one by one.
-constexpr std::int64_t kFewPixels = 64;
+using namespace acquisition;
 
-Result<TransportTensor> measure_each_pixel(Probe& rig, const Progress& progress) {
+Result<TransportTensor> light_each_pixel(Probe& rig, const Progress& progress) {
   SYMRIG_TRY(CaptureResult result, capture(rig, {.algorithm = Algorithm::brute, .progress = progress}));
   return std::move(result.tensor);
 }
 
-}  // namespace
-
-Result<void> check_light_of_rig(Probe& rig, const Progress& progress) {
-  std::optional<TransportTensor> alone;
-  if (rig.grid().size() < kFewPixels) {
-    SYMRIG_TRY(alone, measure_each_pixel(rig, progress));
-    SYMRIG_CHECK(check_measured_light(*alone));
-  }
-  return check_light_of_rig(rig, alone ? &*alone : nullptr, progress);
-}
-
-Result<void> check_measured_light(const TransportTensor& measured) {
-  return acquisition::check_columns(measured);
-}
-
-Result<void> check_light_of_rig(Probe& rig, const TransportTensor* measured, const Progress& progress) {
-  using namespace acquisition;
+/// measured: are_columns(), to be compared with the seven photographs; may be nullptr.
+Result<void> check_seven(Probe& rig, const TransportTensor* measured, const Progress& progress) {
   const BlockTree tree(rig.grid());
   const Work work(progress);
   return stoppable(work, [&]() -> Result<void> {
@@ -54,6 +38,36 @@ Result<void> check_light_of_rig(Probe& rig, const TransportTensor* measured, con
     SYMRIG_CHECK(check_light(series, look));
     return measured != nullptr ? check_sum_of_columns(*measured, series, look) : Result<void>();
   });
+}
+
+}  // namespace
+
+Result<void> check_light_of_rig(Probe& rig, const Progress& progress) {
+  std::optional<TransportTensor> alone;
+  if (rig.grid().size() < kFewestInOrder) {
+    SYMRIG_TRY(alone, light_each_pixel(rig, progress));
+    if (!are_columns(*alone)) return {};
+    SYMRIG_CHECK(check_columns(*alone));
+  }
+  return check_seven(rig, alone ? &*alone : nullptr, progress);
+}
+
+Result<void> judge_light(Probe& rig, const CaptureOptions& options, const CaptureResult& result) {
+  constexpr std::int64_t kSeven = 7;
+  if (options.unchecked) return {};
+  const std::int64_t pixels = rig.grid().size();
+  const bool few = pixels < kFewestInOrder;
+  // Where brute force had to finish a search, the held-out photographs have become part of the tensor.
+  const bool searched = !result.held_out.empty() || result.undetermined;
+  if (searched && !few) return {};
+  const bool alone = !searched && are_columns(result.tensor);
+  if (alone) SYMRIG_CHECK(check_columns(result.tensor));
+  const std::int64_t wanted = kSeven + (few && !alone ? pixels : 0);
+  if (options.max_seconds != 0 ||
+      (options.max_patterns != 0 && result.patterns + wanted > options.max_patterns))
+    return {};
+  return alone ? check_seven(rig, &result.tensor, options.progress)
+               : check_light_of_rig(rig, options.progress);
 }
 
 }  // namespace symrig

@@ -27,6 +27,10 @@ struct LightOrder {
   bool right() const { return late == 0 && !inverted && turn == Turn::none; }
 };
 
+/// Fewer pixels tell no order: a correlation must be above 8 / √pixels, and other light than that of the
+/// pattern leaves a half of it at best.
+inline constexpr std::int64_t kFewestInOrder = 256;
+
 /// How well photographs follow random patterns. A correlation is one of a photograph's pixels with those of a
 /// pattern. Without any connection it is a random number of mean 0, and its standard deviation is 1 / √pixels
 /// whatever the scene, because the patterns are random.

@@ -151,6 +151,7 @@ Result<bool> gives_light(const LightSeries& series, const Lines& lines, int line
 /// Light beside lit pixels that is below that farther away. Light only adds to what is there.
 Found find_sharpening(const LightSeries& series) {
   constexpr double kSure = 6, kShare = 2e-3, kFewest = 16;
+  constexpr double kBeside = 4;  // pixels beside the same lit one are alike, and count as one
   const Grid grid = series.grid();
   LightMean near, far, lit;  // unlit pixels with and without a lit one beside, and lit ones
   for (const std::size_t k : {LightSeries::kSparse, LightSeries::kOtherSparse}) {
@@ -170,7 +171,7 @@ Found find_sharpening(const LightSeries& series) {
   }
   const double less = far.mean() - near.mean();
   if (std::min({near.count, far.count, lit.count}) < kFewest || less < kShare * lit.mean() ||
-      less < kSure * std::sqrt(near.variance_of_mean() + far.variance_of_mean()))
+      less < kSure * std::sqrt(kBeside * near.variance_of_mean() + far.variance_of_mean()))
     return std::nullopt;
   return sharpening(less / lit.mean());
 }
