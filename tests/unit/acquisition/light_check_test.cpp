@@ -103,5 +103,20 @@ TEST(LightCheck, light_that_goes_one_way_is_no_late_photograph) {
   EXPECT_TRUE(acquisition::check_columns(result->tensor).ok());
 }
 
+TEST(LightCheck, planes_that_light_each_other_and_not_themselves_are_no_sharpening) {
+  for (const Grid grid : {Grid{9, 14}, Grid{12, 10}}) {
+    const DenseTransport scene(grid, [&](int i, int j) {
+      const int down = i / grid.cols - j / grid.cols, right = i % grid.cols - j % grid.cols;
+      const bool facing = (i % grid.cols < grid.cols / 2) != (j % grid.cols < grid.cols / 2);
+      return i == j ? 200.0 : facing ? 400.0 / (20 + down * down + right * right) : 0;
+    });
+    DenseProbe probe(scene);
+    const auto result = capture(probe, {.algorithm = Algorithm::brute});
+    ASSERT_TRUE(result.ok()) << result.error().line();
+    const auto judged = acquisition::check_columns(result->tensor);
+    EXPECT_TRUE(judged.ok()) << judged.error().line();
+  }
+}
+
 }  // namespace
 }  // namespace symrig::tests
