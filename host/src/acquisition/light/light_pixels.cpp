@@ -5,8 +5,12 @@
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -148,32 +152,61 @@ Result<bool> gives_light(const LightSeries& series, const Lines& lines, int line
   return all > 0 && all > kLightSigmas * std::sqrt(variance) && std::abs(here) < kUnseen * all;
 }
 
-/// Light beside lit pixels that is below that farther away. Light only adds to what is there.
-Found find_sharpening(const LightSeries& series) {
-  constexpr double kSure = 6, kShare = 2e-3, kFewest = 16;
-  constexpr double kBeside = 4;  // pixels beside the same lit one are alike, and count as one
+/// The mean light of unlit pixels beside one that is lit, and of unlit ones farther away that have no lit one
+/// beside. None: too few of either.
+std::optional<std::array<double, 2>> light_beside(const LightSeries& series, const LightPhotograph& seen,
+                                                  int row, int col) {
+  constexpr int kReach = 3;
   const Grid grid = series.grid();
-  LightMean near, far, lit;  // unlit pixels with and without a lit one beside, and lit ones
-  for (const std::size_t k : {LightSeries::kSparse, LightSeries::kOtherSparse}) {
-    const LightPhotograph& seen = series[k];
-    for (int row = 1; row + 1 < grid.rows; ++row)
-      for (int col = 1; col + 1 < grid.cols; ++col) {
-        const auto pixel = [&](int r, int c) {
-          return static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) +
-                 static_cast<std::size_t>(c);
-        };
-        const std::size_t at = pixel(row, col);
-        if (series.valid()[at] == 0) continue;
-        const bool beside = seen.lit[pixel(row - 1, col)] != 0 || seen.lit[pixel(row + 1, col)] != 0 ||
-                            seen.lit[pixel(row, col - 1)] != 0 || seen.lit[pixel(row, col + 1)] != 0;
-        (seen.lit[at] != 0 ? lit : beside ? near : far).add(static_cast<double>(seen.mean[at]));
+  const auto pixel = [&](int r, int c) {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(c);
+  };
+  const auto lit_beside = [&](int r, int c) {
+    return (r > 0 && seen.lit[pixel(r - 1, c)] != 0) ||
+           (r + 1 < grid.rows && seen.lit[pixel(r + 1, c)] != 0) ||
+           (c > 0 && seen.lit[pixel(r, c - 1)] != 0) || (c + 1 < grid.cols && seen.lit[pixel(r, c + 1)] != 0);
+  };
+  LightMean near, far;
+  for (int r = std::max(0, row - kReach); r < std::min(grid.rows, row + kReach + 1); ++r)
+    for (int c = std::max(0, col - kReach); c < std::min(grid.cols, col + kReach + 1); ++c) {
+      const std::size_t at = pixel(r, c);
+      if (series.valid()[at] == 0 || seen.lit[at] != 0) continue;
+      const int distance = std::abs(r - row) + std::abs(c - col);
+      if (distance == 1) near.add(static_cast<double>(seen.mean[at]));
+      if (distance > 2 && !lit_beside(r, c)) far.add(static_cast<double>(seen.mean[at]));
+    }
+  if (near.count == 0 || far.count < 4) return std::nullopt;
+  return std::array{near.mean(), far.mean()};
+}
+
+/// Light beside lit pixels that is below that farther away. Light only adds to what is there. What is near is
+/// compared, because elsewhere a scene may have more light. A camera that sharpens takes the same share of
+/// each lit pixel's light: the slope of a line through the origin.
+Found find_sharpening(const LightSeries& series) {
+  constexpr double kSure = 6, kShare = 2e-3;
+  constexpr std::size_t kFewest = 16;
+  const Grid grid = series.grid();
+  std::vector<std::array<double, 2>> pairs;  // a pixel's light, and how much less is beside it
+  double product = 0, squares = 0;
+  for (const std::size_t k : {LightSeries::kSparse, LightSeries::kOtherSparse})
+    for (int row = 0; row < grid.rows; ++row)
+      for (int col = 0; col < grid.cols; ++col) {
+        const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+                               static_cast<std::size_t>(col);
+        if (series.valid()[at] == 0 || series[k].lit[at] == 0) continue;
+        const auto beside = light_beside(series, series[k], row, col);
+        if (!beside) continue;
+        const double lit = static_cast<double>(series[k].mean[at]), less = (*beside)[1] - (*beside)[0];
+        pairs.push_back({lit, less});
+        product += lit * less, squares += lit * lit;
       }
-  }
-  const double less = far.mean() - near.mean();
-  if (std::min({near.count, far.count, lit.count}) < kFewest || less < kShare * lit.mean() ||
-      less < kSure * std::sqrt(kBeside * near.variance_of_mean() + far.variance_of_mean()))
-    return std::nullopt;
-  return sharpening(less / lit.mean());
+  if (pairs.size() < kFewest || squares <= 0) return std::nullopt;
+  const double share = product / squares;
+  double residuals = 0;
+  for (const auto& [lit, less] : pairs) residuals += (less - share * lit) * (less - share * lit);
+  const double sigma = std::sqrt(residuals / static_cast<double>(pairs.size() - 1) / squares);
+  if (share < kShare || share < kSure * sigma) return std::nullopt;
+  return sharpening(share);
 }
 
 }  // namespace
