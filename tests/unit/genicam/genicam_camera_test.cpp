@@ -342,6 +342,7 @@ TEST(GenicamCamera, a_clock_that_is_latched_slowly_gives_no_stamps) {
   EXPECT_EQ((*opened)->report().unstamped, 1U);
 }
 
+#ifndef __SANITIZE_THREAD__  // the emulated camera is then too slow to fill a socket
 /// Pulses until the frame of the newest trigger arrives, whole or not. Then all losses before it left a gap.
 void close_with_a_frame(GigeCamera& device, GenicamCamera& camera, std::uint64_t& exposed) {
   for (int k = 0; k < 20; ++k) {
@@ -384,6 +385,7 @@ TEST(GenicamCamera, a_burst_that_finds_the_socket_full_is_counted) {
   // On a slow computer, the frames that the socket lost may be those that found no buffer either.
   EXPECT_GT(report.missing + report.damaged + report.overflowed, 0U);
 }
+#endif
 
 }  // namespace
 }  // namespace symrig::genicam_camera_test
