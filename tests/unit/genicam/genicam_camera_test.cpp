@@ -382,8 +382,7 @@ TEST(GenicamCamera, a_burst_that_finds_the_socket_full_is_counted) {
   close_with_a_frame(device, camera, exposed);
   const StreamReport report = camera.report();
   EXPECT_EQ(report.delivered + report.missing + report.overflowed, exposed) << report.to_string();
-  // On a slow computer, the frames that the socket lost may be those that found no buffer either.
-  EXPECT_GT(report.missing + report.damaged + report.overflowed, 0U);
+  EXPECT_GT(report.missing + report.damaged, 0U);
 }
 #endif
 
