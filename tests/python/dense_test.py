@@ -44,7 +44,7 @@ class Python(Matrix):
         return super().measure(patterns)
 
 
-@pytest.mark.parametrize("grid", [(16, 16), (9, 30)])
+@pytest.mark.parametrize("grid", [(16, 16), (9, 14)])
 def test_a_python_probe_is_the_library_s_bit_for_bit(grid, tmp_path):
     """T is of small integers, so a photograph is exact in any order of sums; patterns are binary."""
     t = integers(grid)
@@ -54,8 +54,11 @@ def test_a_python_probe_is_the_library_s_bit_for_bit(grid, tmp_path):
     mine, theirs = Seen(), Seen()
     passed = symrig.capture(Library(symrig.open_rig(name), theirs), polish=0)
     python = symrig.capture(Python(t, grid, mine), polish=0)
-    # A search that has found nothing to rely on looks again at five photographs that are no part of the capture.
-    assert mine.digests == theirs.digests and len(mine.digests) - direct.facts["patterns"] in (0, 5)
+    # Below 256 pixels, each pixel alone and seven photographs judge the rig afterwards. A search that has found nothing to
+    # rely on looks again at five photographs that are no part of the capture.
+    pixels = grid[0] * grid[1]
+    judging = pixels + 7 if pixels < 256 else 0
+    assert mine.digests == theirs.digests and len(mine.digests) - direct.facts["patterns"] - judging in (0, 5)
     assert direct.facts["patterns"] > 20
     for scene in (passed, python):
         assert np.array_equal(scene.to_numpy(), direct.to_numpy())
