@@ -36,10 +36,9 @@ std::vector<LightCause> causes_of_missing_light() {
 }
 
 std::vector<LightCause> causes_of_constant_light(bool equal) {
-  const LightCause repeats{
-      equal ? "the camera gives the same photograph again and again: all are equal, noise included"
-            : "the camera gives old photographs",
-      "check that the camera takes a new photograph for each trigger"};
+  const LightCause repeats{equal ? "the camera gives the same photograph again and again, with the same noise"
+                                 : "the camera gives old photographs",
+                           "check that the camera takes a new photograph for each trigger"};
   const LightCause room{
       "the projector's light does not reach the camera, and other light does (the lamp is off, "
       "the room is lit)",
@@ -80,7 +79,7 @@ LightFault sharpening(double less) {
 
 std::string percent_of_light(double share) {
   const double percent = 100 * share;
-  // Two digits of a number of three are no number that a person reads.
+  // {:.2g} would write 1e+02.
   return std::abs(percent) < 99.5 ? fmt::format("{:.2g} %", percent) : fmt::format("{:.0f} %", percent);
 }
 

@@ -27,7 +27,7 @@ struct LightFault {
 LightCause late_frame();
 LightCause stuck_pixels();
 std::vector<LightCause> causes_of_missing_light();
-/// equal: all photographs are the same, noise included.
+/// equal: all photographs are the same, with the same noise.
 std::vector<LightCause> causes_of_constant_light(bool equal);
 /// black: the light under a black pattern, as a share of that under a white one.
 LightCause other_light(double black);
