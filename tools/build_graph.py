@@ -175,7 +175,7 @@ class Graph:
         for path in read:
             other = self.output(path)
             if other and other != output and not self.links(other):
-                made.update({f"{other}: {key}": value for key, value in self.parts(other).items()} if other != output else {})
+                made.update({f"{other}: {key}": value for key, value in self.parts(other).items()})
             elif not other and str(path).startswith(str(self.build)):
                 made[self.plain(str(path))] = digest(path)
             elif not other:
