@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kTogether = 16;
 
 // Pictures go one by one. All in one message would need memory of their own and copies, and leave the caches
-// (docs/benchmarks/machines.md, "What the exchanges cost").
+// (docs/research/machines.md, "What the exchanges cost").
 
 /// On the first rank.
 void send(const Ranks& ranks, std::span<const Image<float>> pictures) {

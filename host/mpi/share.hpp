@@ -23,7 +23,7 @@ std::vector<LeafRange> deal(std::span<const std::int64_t> costs, std::int64_t fi
 
 /// The bytes that a batch of 16 lights moves for each leaf. A half of a factor is read once. A factor column
 /// has 16 floats that are written as dots, read by its partner, written as weights and read again: four times
-/// 64 bytes. Measured: docs/benchmarks/machines.md.
+/// 64 bytes. Measured: docs/research/machines.md.
 std::vector<std::int64_t> costs_of(const TransportTensor& tensor);
 
 /// What one rank holds of a scene.

@@ -77,7 +77,7 @@ TEST_F(ReportStops, agree_with_captures_whose_budget_ends_there) {
     const double finished = *told.back().letters;
     std::vector<double> really;
     for (std::size_t k = 0; k < told.size(); ++k) {
-      // A budget of patterns, or a target alone, would make all levels coarser (docs/decisions/budgets.md); a
+      // A budget of patterns, or a target alone, would make all levels coarser (docs/research/budgets.md); a
       // budget that no tolerance fits into ends after its level. It serves where the first level leaves no
       // error that can be asked for.
       const double reached = k == 0 ? 1 : errors[k - 1] + widths[k - 1];

@@ -16,7 +16,7 @@ namespace symrig {
 namespace {
 
 constexpr double kShareOfBlack = 1.0 / 16;  // share of the photographs' noise
-// [ns] The host merges 300 million samples a second (docs/benchmarks/kernels.md).
+// [ns] The host merges 300 million samples a second (docs/research/kernels.md).
 constexpr double kMerging = 1e9 / 300e6;
 
 Nanoseconds frame_cost(const RigOptions& options, const Camera& camera) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Transport made to deceive the published rank test. docs/decisions/rank-test.md
+// Transport made to deceive the published rank test. docs/research/rank-test.md
 #include "dense_scene.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/random.hpp"

@@ -145,7 +145,7 @@ TEST_F(TwoHalves, evidence_is_the_rms_error_of_the_paper) {
 
 TEST_F(TwoHalves, energy_in_one_child_pair_deceives_the_paper_and_not_the_guard) {
   // One child pair holds a permutation: full rank, and yet the estimate meets every child photograph.
-  // docs/decisions/rank-test.md
+  // docs/research/rank-test.md
   const BlockTree& tree = tree_;
   const Block a = level_.child(level_.block(1), 0), b = level_.child(level_.block(0), 0);
   std::vector<int> place(32);

@@ -155,7 +155,7 @@ TEST(Target, beside_a_budget_of_patterns_keeps_to_it) {
   }
 }
 
-/// A factor of 2, as for the time to go: a few scenes exceed 1.5 (docs/benchmarks/error-per-second.md).
+/// A factor of 2, as for the time to go: a few scenes exceed 1.5 (docs/research/error-per-second.md).
 TEST(Forecast, of_the_whole_capture_is_about_right) {
   for (const char* uri : {"sim:gummy?size=40x40&seed=5", "sim:vgroove-textured?size=48x32&seed=6",
                           "sim:occluder?size=32x48&seed=7", "sim:vgroove-mixed?size=50x39&noise=off",

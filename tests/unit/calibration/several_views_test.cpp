@@ -101,7 +101,7 @@ TEST(ManyViews, a_ghost_is_found) {
 }
 
 // Photographs are blurred by √(σp² − σc²). With four points along the side of a cell, one view tells it to
-// 0.025 cells (docs/benchmarks/registration.md, A blurred bench).
+// 0.025 cells (docs/research/registration.md, A blurred bench).
 TEST(ManyViews, both_blurs_are_measured) {
   const auto rig =
       rig_of("sim:views2?size=48x48&fine=4&camera=245x245&turn=1.5&zoom=0.7288&defocus=0.15,0.3");

@@ -23,7 +23,7 @@ namespace {
 
 using namespace drawn;
 
-constexpr int kSeeds = 60;  // docs/random-scenes.md lists them
+constexpr int kSeeds = 60;  // docs/research/random-scenes.md lists them
 
 std::string uri(int seed, const std::string& size, const std::string& keys = "") {
   return fmt::format("sim:random?seed={}&size={}{}", seed, size, keys);

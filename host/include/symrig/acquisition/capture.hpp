@@ -43,7 +43,7 @@ struct CaptureSnapshot {
 };
 
 /// What a capture is expected to take, before the first pattern of its search. In nearly nine of ten captures
-/// the time was right within a factor of 1.5 (docs/benchmarks/error-per-second.md).
+/// the time was right within a factor of 1.5 (docs/research/error-per-second.md).
 struct CaptureForecast {
   std::int64_t patterns = 0;  ///< photographs of the whole capture, the flood-lit and held-out ones included
   double rig_seconds = 0;     ///< of the whole capture, on the rig's clock

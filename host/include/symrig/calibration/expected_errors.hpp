@@ -18,7 +18,7 @@ struct ExpectedIndirect {
 /// cell: 0.22 / p on surfaces, where the error is that of cells next to lit ones; 1.1 / p² where light
 /// spreads inside a cell. nullopt: the pixels do not keep clear of borders (Weighting::cores), so the cells
 /// of a coaxial rig with the same blur err as much; or there are several views, which err more. source:
-/// measured on simulated benches of 2.25 to 6 pixels (docs/benchmarks/registration.md, Camera pixels along
+/// measured on simulated benches of 2.25 to 6 pixels (docs/research/registration.md, Camera pixels along
 /// the side of a cell).
 std::optional<ExpectedIndirect> expected_indirect(const Registration& registration, ViewLayout views);
 

@@ -79,7 +79,7 @@ struct RegistrationOptions {
   /// lies wholly inside it, however the camera is turned.
   double least_pixels = 2.2;
   /// [cells] Wider edges are refused. The finest stripes are two cells wide: then they run into each other,
-  /// and the map is wrong by more than it states (docs/benchmarks/registration.md, Blur).
+  /// and the map is wrong by more than it states (docs/research/registration.md, Blur).
   double widest_edge = 1.3;
   /// Correct the map of a blurred rig by reciprocity.
   bool refine = true;
@@ -102,7 +102,7 @@ struct RegistrationOptions {
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 /// [cells] From the nearest to the farthest part. At twice the parallax of the scenes that lose nothing,
-/// light from far cells errs twice as much (docs/benchmarks/registration.md, Parallax).
+/// light from far cells errs twice as much (docs/research/registration.md, Parallax).
 inline constexpr double kMostParallax = 1;
 
 /// Whether an algorithm may take T to be symmetric.

@@ -71,7 +71,7 @@ std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig);
 std::int64_t least_memory(Grid grid, int channels);
 
 /// What a job takes if its memory has no limit, roughly: within a factor of 1.5 for V-grooves of 64x64 to
-/// 1000x984 (docs/benchmarks/memory.md).
+/// 1000x984 (docs/research/memory.md).
 std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels);
 
 /// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the

@@ -12,7 +12,7 @@
 namespace symrig::acquisition {
 
 /// The errors of a finished tensor by check photographs that it was not made from, each with its own error
-/// (docs/decisions/error-estimates.md). The errors contain the mismatch of gains that `sums` knows.
+/// (docs/research/error-estimates.md). The errors contain the mismatch of gains that `sums` knows.
 /// noise_ratio: true over stated variance, as far as it is known to differ from 1.
 ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio = 1);
 

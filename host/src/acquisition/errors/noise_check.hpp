@@ -56,7 +56,7 @@ class FloodNoise {
 
   /// photograph: of all pixels lit, in the order in which they were taken.
   void add(const TreePhotograph& photograph);
-  /// half, other: photographs of a pattern and its complement, or none. [decisions/error-estimates.md]
+  /// half, other: photographs of a pattern and its complement, or none. [docs/research/error-estimates.md]
   NoiseCheck judge(const TreePhotograph* half, const TreePhotograph* other,
                    const NoiseEvidence& besides = {}) &&;
 

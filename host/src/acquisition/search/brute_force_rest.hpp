@@ -19,7 +19,7 @@ namespace symrig::acquisition {
 ///   prior
 /// The prior is how far T_LU lies from what the search found, or from 0 where that is nearer. For the
 /// diagonal it is how far T_LL's diagonal lies from its mean. error: patterns of rank r leave (m − r)(m − r +
-/// 1) / 2 numbers of T_UU to the prior (docs/decisions/not-data-sparse.md).
+/// 1) / 2 numbers of T_UU to the prior (docs/research/not-data-sparse.md).
 class BruteForceRest {
  public:
   /// Memory for a grid of so many pixels.

@@ -13,7 +13,7 @@
 
 namespace symrig::acquisition {
 
-/// Makes a budget reach to single pixels (docs/decisions/budgets.md). Most light between pixels goes to near
+/// Makes a budget reach to single pixels (docs/research/budgets.md). Most light between pixels goes to near
 /// ones, and only the last levels see it. Where the budget would end before them, leaves of all levels may
 /// miss more than those of a search without a budget (SceneFacts::coarseness when it begins). Each level gets
 /// the finest tolerance with which it takes no more than its share of what is left.

@@ -21,7 +21,7 @@ struct SpentBefore {
 ///   photographs = 3.7 N^(1/4) (I / τ)^(1/3)
 /// N: pixels; I: RMS over the pixels of the light from all other pixels, as a share of F; τ: tolerance.
 /// Found on 28 scenes (`random` 1 to 20 and eight named ones), 32x32 to 128x128, τ from 1.5e-4 to 3e-3
-/// (docs/benchmarks/error-per-second.md has how often it is right). The search's photographs take as long as
+/// (docs/research/error-per-second.md has how often it is right). The search's photographs take as long as
 /// the checks: they too have some pixels lit.
 CaptureForecast forecast_capture(const SceneFacts& facts, Checks& checks, const KnownTransport& nothing,
                                  const SpentBefore& spent);

@@ -64,7 +64,7 @@ bool fits_rank1(const Comparison& evidence, const RankRule& rule);
 /// One child pair carries more than g of the energy on both sides. Then the other children are dark, and the
 /// estimate equals the one bright photograph by construction. The misfit is near zero whatever the rank, so
 /// such a node must not be a leaf. Departs from [Garg06 §5.2], whose test accepts it
-/// (docs/decisions/rank-test.md).
+/// (docs/research/rank-test.md).
 bool concentrated(const RankEvidence& evidence, const RankRule& rule);
 
 /// |c|² + |r|² ≤ n τ_E² + V (1 + k √(2/n)): nothing to store.

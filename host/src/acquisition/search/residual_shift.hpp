@@ -18,7 +18,7 @@ void add_shift_variance(const BlockTree& tree, double sigma, std::span<TreePhoto
 
 /// Of a residual shift, what the tensor cannot hold. All photographs have the same shift, so most of it is
 /// light between neighbours. A test of nodes counts this share of sigma as noise, by measurement
-/// (docs/decisions/cells-of-a-finer-camera.md, Residual shift).
+/// (docs/research/cells-of-a-finer-camera.md, Residual shift).
 constexpr double kNotDescribed = 0.25;
 
 }  // namespace symrig::acquisition

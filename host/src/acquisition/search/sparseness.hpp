@@ -14,7 +14,7 @@
 namespace symrig::acquisition {
 
 /// Decides whether the transport is data-sparse enough to be searched, or better left to brute force
-/// (docs/decisions/not-data-sparse.md).
+/// (docs/research/not-data-sparse.md).
 class Sparseness {
  public:
   Sparseness(const SceneFacts& facts, const Photographer& photographer, const Budget& budget)

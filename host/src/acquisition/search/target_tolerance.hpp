@@ -8,7 +8,7 @@
 
 namespace symrig::acquisition {
 
-/// The tolerance with which a capture is expected to reach its target error (docs/decisions/budgets.md).
+/// The tolerance with which a capture is expected to reach its target error (docs/research/budgets.md).
 /// Coarser leaves cost fewer patterns and shorter exposures. What they miss of a scene is not known before,
 /// so a search that ends above its target is followed by a finer one.
 class TargetTolerance {

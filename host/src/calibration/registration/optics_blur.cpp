@@ -33,7 +33,7 @@ struct Prior {
 
 /// What f − g is off by, as a share of √(a a′), the same way wherever light has a gradient. On smooth scenes
 /// f − g follows gradients where both blurs are equal: on vgroove-white, tiles say σp − σc = 0.3 to 0.5
-/// cells. Maps of blurred benches are off by up to 0.004 cells (docs/benchmarks/registration.md), which would
+/// cells. Maps of blurred benches are off by up to 0.004 cells (docs/research/registration.md), which would
 /// do that. So smooth scenes are left to the prior.
 constexpr double kUneven = 0.005;
 

@@ -51,7 +51,7 @@ struct Recipe {
 };
 
 /// Draws a scene. Ingredients have keys of their own, so that a new ingredient does not change the others.
-/// Proportions depend only on the seed; lengths scale with the longer side. docs/random-scenes.md states the
+/// Proportions depend only on the seed; lengths scale with the longer side. docs/research/random-scenes.md states the
 /// distribution.
 Recipe draw_recipe(int seed, Grid grid);
 
