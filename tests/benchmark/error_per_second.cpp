@@ -7,7 +7,8 @@
 //   SCENES    "fixed" for the nine scenes, "random" for the seeds, "all" (default)
 //   SEED      of the nine scenes, default 7
 //   SEEDS     of sim:random, default 1-20
-// Seeds from 21 on are not for choosing rules: they are judged once, in the end (docs/research/random-scenes.md).
+// Seeds from 21 on are not for choosing rules: they are judged once, in the end
+// (docs/research/random-scenes.md).
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/sim/virtual_rig.hpp"

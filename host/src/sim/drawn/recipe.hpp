@@ -51,8 +51,8 @@ struct Recipe {
 };
 
 /// Draws a scene. Ingredients have keys of their own, so that a new ingredient does not change the others.
-/// Proportions depend only on the seed; lengths scale with the longer side. docs/research/random-scenes.md states the
-/// distribution.
+/// Proportions depend only on the seed; lengths scale with the longer side. docs/research/random-scenes.md
+/// states the distribution.
 Recipe draw_recipe(int seed, Grid grid);
 
 /// What is in a scene, in a few words: "groove, 3 balls, 1/f + white, gloss".
