@@ -34,6 +34,24 @@ TEST_F(Programs, lint_lists_findings_with_file_line_rule_and_fix) {
   EXPECT_EQ(findings["findings"].back()["alternative"], "gap = \"4 ms\"");
 }
 
+TEST_F(Programs, lint_explains_its_rules) {
+  const Outcome list = symrig({"lint", "--explain"});
+  EXPECT_EQ(list.code, 0) << list.err;
+  EXPECT_NE(list.out.find("\ncamera.readout            error    a trigger comes"), std::string::npos)
+      << list.out;
+  EXPECT_NE(list.out.find("\nmax_on "), std::string::npos) << list.out;
+  const Outcome rule = symrig({"lint", "--explain", "camera.readout"});
+  EXPECT_EQ(rule.code, 0) << rule.err;
+  for (const char* part :
+       {"camera.readout: error: ", "This breaks it:\n\n  symrig = 1\n", "  gap = \"4 ms\"\n"})
+    EXPECT_NE(rule.out.find(part), std::string::npos) << rule.out;
+  expect_refusal({"lint", "--explain", "camera.readuot"}, kUsage, {"did you mean 'camera.readout'?"});
+  expect_refusal({"lint", "scan.toml", "--explain", "camera.readout"}, kUsage,
+                 {"--explain reads no program"});
+  expect_refusal({"lint", "--explain", "--json", "a.json"}, kUsage, {"--json has no effect with --explain"});
+  expect_refusal({"lint"}, kUsage, {"file is required"});
+}
+
 TEST_F(Programs, lint_of_a_good_program_ends_well) {
   write_scan();
   const Outcome lint = symrig({"lint", "scan.toml"});

@@ -85,7 +85,7 @@ TEST(Bracket, lines_that_are_on_when_low_begin_and_end_high) {
   EXPECT_TRUE(edges.back().level);
 }
 
-// The linter of program files judges them: docs/lint-rules.md.
+// The linter of program files judges them.
 TEST(Bracket, each_broken_rule_of_the_devices_is_named_with_the_nearest_legal_value) {
   RigSetup rig = default_rig_setup();
   EXPECT_NE(error_of(rig, {{1ms}, {10us}}).find("exposure of 10 us: the shortest of"), std::string::npos);

@@ -21,7 +21,7 @@ std::string_view name(Severity severity);
 struct FileFinding {
   Severity severity = Severity::error;
   int place = 0;            ///< line of the file
-  std::string rule;         ///< docs/lint-rules.md explains each
+  std::string rule;         ///< lint_rules() explains each
   std::string what;         ///< the problem with its numbers
   std::string alternative;  ///< the shortest legal alternative; if it is a setting, it can be pasted
 
@@ -29,10 +29,19 @@ struct FileFinding {
   std::string text(std::string_view file) const;
 };
 
-/// A rule that the linter knows.
+/// A rule that the linter knows, and an example file that breaks or keeps it. The board's own rules have no
+/// example: protocol/PROTOCOL.md explains them.
 struct LintRule {
   std::string_view name;
-  std::string_view about;  ///< one line
+  std::string_view about;               ///< one line
+  Severity severity = Severity::error;  ///< of the example's finding; other cases may be graver
+  std::string_view explanation = {};    ///< sentences, in lines
+  std::string_view before = {}, breaks = {}, keeps = {}, after = {};  ///< parts of the example
+
+  /// `part` is `breaks` or `keeps`.
+  std::string example(std::string_view part) const {
+    return "symrig = 1\n" + std::string(before) + std::string(part) + std::string(after);
+  }
 };
 /// All rules: those of program files first, then the board's own.
 std::span<const LintRule> lint_rules();
