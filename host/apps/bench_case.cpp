@@ -2,7 +2,7 @@
 #include "bench_case.hpp"
 
 #include "rig.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <memory>
 #include <utility>

@@ -3,8 +3,8 @@
 
 #include "colour.hpp"
 #include "program.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 
 #include <fmt/format.h>
 #include <unistd.h>

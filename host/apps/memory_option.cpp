@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "memory_option.hpp"
 
-#include "symrig/base/byte_size.hpp"
+#include "symrig/base/text.hpp"
 
 namespace symrig::apps {
 

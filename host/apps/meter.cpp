@@ -3,7 +3,7 @@
 
 #include "choices.hpp"
 #include "console.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
 #include "terminal_line.hpp"
 
 #include <algorithm>

@@ -4,8 +4,8 @@
 #include "console.hpp"
 #include "invocation.hpp"
 #include "meter.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 #include "usage.hpp"
 
 #include <csignal>

@@ -3,9 +3,8 @@
 
 #include "colour.hpp"
 #include "console.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/board_file.hpp"
 #include "symrig/board/device_uri.hpp"

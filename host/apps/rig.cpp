@@ -2,7 +2,7 @@
 #include "rig.hpp"
 
 #include "meter.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/job/trouble.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "requests.hpp"
 
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
 
 namespace symrig::mpi {
 

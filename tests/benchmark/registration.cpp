@@ -6,7 +6,7 @@
 
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/image/gain_shapes.hpp"
 #include "symrig/sim/bench_truth.hpp"

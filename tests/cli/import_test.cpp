@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A matrix becomes a tensor: its errors, its size, and what is refused.
 #include "command.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <fstream>
 

@@ -3,7 +3,7 @@
 #include "assert_ok.hpp"
 #include "dealt_transport.hpp"
 #include "scratch.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
 #include <cmath>

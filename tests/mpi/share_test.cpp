@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "share.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // The kernel of the page, compiled for this machine, against the library; and pages of lower resolution.
 #include "assert_ok.hpp"
 #include "relight_kernel.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "tensor/half.hpp"
 #include "viewer/page_tensor.hpp"
 

@@ -8,7 +8,7 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
-#include "symrig/base/guarded.hpp"
+#include "symrig/base/memory.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include "files.hpp"
 #include "json_text.hpp"
 #include "program_input.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/program/symprog.hpp"
 
 #include <memory>

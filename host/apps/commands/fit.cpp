@@ -6,7 +6,7 @@
 #include "invocation.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/report/calibration_summary.hpp"
 #include "symrig/tensor/file.hpp"
 

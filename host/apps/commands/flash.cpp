@@ -6,7 +6,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/boot_drive.hpp"
 #include "symrig/board/firmware_file.hpp"
 

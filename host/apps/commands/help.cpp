@@ -3,7 +3,7 @@
 #include "command.hpp"
 #include "command_table.hpp"
 #include "console.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <memory>
 

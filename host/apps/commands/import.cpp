@@ -9,7 +9,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "rig.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/job/import_matrix.hpp"
 
 #include <memory>

@@ -7,8 +7,8 @@
 #include "json_text.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/calibration/bracket_merge.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/hdr/response_file.hpp"
 
 #include <algorithm>

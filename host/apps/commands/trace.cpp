@@ -7,7 +7,7 @@
 #include "files.hpp"
 #include "numbers.hpp"
 #include "program_input.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/run/compare.hpp"
 #include "symrig/run/run.hpp"
 #include "symrig/run/waveform.hpp"

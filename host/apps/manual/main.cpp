@@ -6,7 +6,7 @@
 #include "manual/completions.hpp"
 #include "manual/write_pages.hpp"
 #include "program.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 
 #include <filesystem>
 

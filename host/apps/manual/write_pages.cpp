@@ -3,8 +3,7 @@
 
 #include "console.hpp"
 #include "manual/pages.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
 
 #include <exception>
 #include <string>

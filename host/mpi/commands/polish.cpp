@@ -9,7 +9,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "ranks.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <memory>
 #include <string>

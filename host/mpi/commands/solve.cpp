@@ -8,7 +8,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "ranks.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/job/file_hash.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "caller.hpp"
 
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 
 #include <string>
 

@@ -7,7 +7,7 @@
 #include "caller.hpp"
 #include "failure.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/finite.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/html_report.hpp"

@@ -2,7 +2,7 @@
 // What the drivers of cameras share.
 #pragma once
 
-#include "base/table_reader.hpp"
+#include "symrig/base/internal/table_reader.hpp"
 #include "symrig/camera/region.hpp"
 #include "symrig/image/image.hpp"
 

@@ -2,7 +2,7 @@
 #include "capi/callback_probe.hpp"
 
 #include "rig/exec/received_photograph.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/rig/exec_probe.hpp"
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capi/capture_text.hpp"
 
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <array>

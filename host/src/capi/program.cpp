@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capi/guard.hpp"
 #include "capi/handles.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/program/symprog.hpp"
 
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hdr/toml_keys.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 #include "symrig/hdr/projector_response.hpp"
 
 #include <array>

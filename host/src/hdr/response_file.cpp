@@ -2,8 +2,8 @@
 #include "symrig/hdr/response_file.hpp"
 
 #include "hdr/toml_keys.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 
 #include <array>
 #include <bit>

@@ -5,7 +5,7 @@
 #include "hdr/dark_level.hpp"
 #include "hdr/light_groups.hpp"
 #include "hdr/sensor_parts.hpp"
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

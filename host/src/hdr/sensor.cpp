@@ -3,7 +3,7 @@
 
 #include "hdr/clipping.hpp"
 #include "hdr/sensor_parts.hpp"
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "symrig/image/file.hpp"
 
 #include "image/codec.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/image/finite.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/table_reader.hpp"
+#include "symrig/base/internal/table_reader.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <optional>

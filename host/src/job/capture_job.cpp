@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/capture_job.hpp"
 
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/tree/photographer.hpp"
 #include "job/watched_probe.hpp"
-#include "symrig/base/guarded.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/memory_scope.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/capture_page.hpp"
 
-#include "symrig/base/time_to_go.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/job/trouble.hpp"
 #include "symrig/viewer/live.hpp"

@@ -2,8 +2,7 @@
 #include "symrig/job/file_hash.hpp"
 
 #include "board/firmware_files/sha256.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <cerrno>
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "symrig/job/light.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/letters.hpp"

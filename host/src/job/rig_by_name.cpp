@@ -2,8 +2,8 @@
 #include "symrig/job/rig_by_name.hpp"
 
 #include "job/open_pairs.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/calibration/registration_file.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/rig/exec_probe.hpp"
 #include "symrig/rig/open_rig.hpp"
 #include "symrig/sim/dense_rig.hpp"

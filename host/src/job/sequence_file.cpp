@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job/sequence_file.hpp"
 
-#include "acquisition/log/fast_crc32c.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
+#include "symrig/base/files.hpp"
 
 #include <span>
 #include <system_error>

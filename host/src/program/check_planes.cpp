@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rule projector.planes: a picture shows `planes` bit planes in each refresh, `plane_period` apart.
-#include "base/duration.hpp"
 #include "program/passes.hpp"
 #include "program/timing.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 

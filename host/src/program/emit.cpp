@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "program/passes.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // The parts of a program file, each read by a source of its own.
 #pragma once
 
-#include "base/table_reader.hpp"
+#include "symrig/base/internal/table_reader.hpp"
 #include "symrig/program/profile.hpp"
 #include "symrig/program/program_file.hpp"
 

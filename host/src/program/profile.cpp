@@ -3,8 +3,8 @@
 
 #include "program/builtin_profiles.hpp"
 #include "program/file_keys.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 #include "symrig/program/program_file.hpp"
 
 #include "program/file_keys.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 

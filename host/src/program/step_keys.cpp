@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/file_keys.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <array>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/capture_facts.hpp"
 
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 
 namespace symrig::report {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/picture.hpp"
 
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 

@@ -2,8 +2,8 @@
 #include "symrig/report/relight_speed.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cstddef>

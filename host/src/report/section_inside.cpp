@@ -2,7 +2,7 @@
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/sections.hpp"
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/image/resample.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "rig/exposure_choice.hpp"
 
 #include "rig/shutter_timing.hpp"
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include "rig/lamp.hpp"
 #include "rig/plane_check.hpp"
 #include "rig/shutter_timing.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 

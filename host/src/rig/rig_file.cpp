@@ -3,7 +3,7 @@
 #include "projector/driver.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "rig/sensor_facts.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/rig/rig_description.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/sensor_frames.hpp"
 
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <algorithm>

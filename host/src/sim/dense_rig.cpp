@@ -2,8 +2,8 @@
 #include "symrig/sim/dense_rig.hpp"
 
 #include "sim/dense/raw_matrix.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <array>

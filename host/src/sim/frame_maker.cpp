@@ -2,7 +2,7 @@
 #include "sim/frame_maker.hpp"
 
 #include "sim/hash.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <map>

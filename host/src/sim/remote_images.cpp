@@ -2,7 +2,7 @@
 #include "sim/remote_images.hpp"
 
 #include "sim/pair_request.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <cmath>

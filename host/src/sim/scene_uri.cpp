@@ -2,7 +2,7 @@
 #include "sim/scene_keys.hpp"
 #include "sim/scenes.hpp"
 #include "sim/view.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <vector>

@@ -9,7 +9,7 @@
 #include "sim/hash.hpp"
 #include "sim/optics.hpp"
 #include "sim/texture.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/h5_file.hpp"
 
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "tensor/h5_output.hpp"
 
 #include <cerrno>

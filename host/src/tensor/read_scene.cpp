@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/internal/json_reader.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/nesting.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5_file.hpp"
 #include "tensor/read_tensor.hpp"

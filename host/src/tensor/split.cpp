@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/split.hpp"
 
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Compares the shown pixels with the requested ones. For vkms it reads the scanned-out memory, for QEMU's
 // display the picture that QEMU sees.
 #include "bench-vm/projector/expected_screens.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 
 #include <cstdlib>
 #include <functional>

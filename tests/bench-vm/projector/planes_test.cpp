@@ -9,7 +9,7 @@
 #include "projector/dlp/plane_projector.hpp"
 #include "projector/dlpc350/video_patterns.hpp"
 #include "projector/dlpc900/video_planes.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/projector/dlp_controller.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench-vm/scene/scene_camera.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <cstdint>

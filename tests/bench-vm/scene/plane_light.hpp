@@ -3,7 +3,7 @@
 
 #include "bench-vm/scene/screen_reader.hpp"
 #include "bench-vm/scene/screen_timeline.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstdint>
 #include <span>

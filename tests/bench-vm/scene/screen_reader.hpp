@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench-vm/scene/screen_timeline.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
 

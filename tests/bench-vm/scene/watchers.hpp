@@ -6,7 +6,7 @@
 #include "bench-vm/scene/shutter.hpp"
 #include "bench-vm/scene/stage.hpp"
 #include "bench-vm/scene/trace_line.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <cstdint>
 #include <optional>

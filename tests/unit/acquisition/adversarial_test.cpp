@@ -2,7 +2,7 @@
 // Transport made to deceive the published rank test. docs/research/rank-test.md
 #include "dense_scene.hpp"
 #include "symrig/acquisition/capture.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

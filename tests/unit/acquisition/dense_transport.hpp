@@ -4,7 +4,7 @@
 
 #include "dense_scene.hpp"
 #include "symrig/acquisition/capture.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "workbench.hpp"
 
 #include <utility>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Captures on the rig's own clock, which is the same on every machine: what is told of the time to go holds.
 #include "symrig/acquisition/capture.hpp"
-#include "symrig/base/time_to_go.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <string>

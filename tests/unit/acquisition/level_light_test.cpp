@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/refine/level_light.hpp"
-
 #include "acquisition/refine/direct_light.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cmath>
 #include <vector>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is not known of where photographs look becomes variance.
-#include "acquisition/search/residual_shift.hpp"
-
-#include "symrig/base/random.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/split.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include "symrig/acquisition/views.hpp"
 
 #include "sim/optics.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/sim/scene.hpp"
 #include "symrig/tensor/block_tree.hpp"
 

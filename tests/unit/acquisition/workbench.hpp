@@ -2,12 +2,12 @@
 // What the parts of a hierarchical capture need to be tested one by one.
 #pragma once
 
-#include "acquisition/search/known_transport.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/scene_facts.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/scene_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cmath>
 #include <memory>

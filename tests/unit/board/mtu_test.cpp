@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A board that receives only short frames: it says so in its capabilities, and the host keeps to it.
 #include "bench.hpp"
-#include "symrig/protocol/data_chunk.hpp"
 #include "symrig/protocol/messages.hpp"
 
 #include <array>

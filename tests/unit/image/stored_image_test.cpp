@@ -2,7 +2,7 @@
 // Images that are kept for later, in memory and in scratch files.
 #include "symrig/image/stored_image.hpp"
 
-#include "symrig/base/memory_scope.hpp"
+#include "symrig/base/memory.hpp"
 
 #include <filesystem>
 #include <optional>

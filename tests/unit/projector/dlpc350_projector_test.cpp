@@ -7,7 +7,7 @@
 #include "projector/dlp/plane_projector.hpp"
 #include "projector/dlpc350/video_patterns.hpp"
 #include "projector_laws.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cerrno>
 #include <numeric>

@@ -6,7 +6,7 @@
 #include "projector/dlp/plane_projector.hpp"
 #include "projector/dlpc900/video_planes.hpp"
 #include "projector_laws.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <utility>
 

@@ -5,7 +5,7 @@
 #include "board/firmware_files/sha256.hpp"
 #include "full_disk.hpp"
 #include "projector_laws.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/image/file.hpp"
 
 #include <cstdlib>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "other_camera.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
 

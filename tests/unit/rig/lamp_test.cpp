@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/lamp.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -3,7 +3,7 @@
 #include "rig/plane_schedule.hpp"
 
 #include "assert_ok.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>

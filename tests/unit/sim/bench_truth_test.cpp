@@ -2,7 +2,7 @@
 // T of a bench with a camera of its own, through the exact map.
 #include "symrig/sim/bench_truth.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>

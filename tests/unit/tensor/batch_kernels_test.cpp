@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "tensor/kernels.hpp"
 
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/half.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cmath>
 #include <limits>

@@ -2,7 +2,7 @@
 // Tensors of several parts: in memory, and left in their file.
 #include "tensor/leaf_parts.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/adjoint.hpp"
 #include "symrig/tensor/file.hpp"
 

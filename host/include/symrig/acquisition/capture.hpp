@@ -10,7 +10,6 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/work.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/split.hpp"
 #include "symrig/tensor/transport_tensor.hpp"

@@ -3,7 +3,7 @@
 
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/jumper.hpp"
 

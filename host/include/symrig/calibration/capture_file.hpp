@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/camera/pixel_format.hpp"
 #include "symrig/hdr/response.hpp"

@@ -3,7 +3,7 @@
 
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/job/capture_log.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/report/summary.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 
 #include <functional>
 #include <memory>

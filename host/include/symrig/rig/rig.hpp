@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/program/program_file.hpp"

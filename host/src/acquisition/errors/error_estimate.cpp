@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/errors/error_estimate.hpp"
 
-#include "acquisition/errors/energy_sums.hpp"
 #include "acquisition/errors/gain_mismatch.hpp"
-#include "acquisition/errors/one_sided.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

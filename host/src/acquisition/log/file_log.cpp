@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/log/appended_file.hpp"
-#include "acquisition/log/fast_crc32c.hpp"
-#include "acquisition/log/log_head.hpp"
 #include "acquisition/log/photograph_record.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <chrono>

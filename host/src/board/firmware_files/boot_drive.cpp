@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/boot_drive.hpp"
 
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/job_files.hpp"
 
 #include <algorithm>

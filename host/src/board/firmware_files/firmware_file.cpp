@@ -2,8 +2,8 @@
 #include "symrig/board/firmware_file.hpp"
 
 #include "board/firmware_files/sha256.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 
 #include <algorithm>
 #include <array>

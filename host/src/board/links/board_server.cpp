@@ -3,8 +3,8 @@
 
 #include "board/links/links.hpp"
 #include "board/links/listening_place.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/protocol/busy_answer.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <array>
 #include <cerrno>

@@ -2,9 +2,9 @@
 // The ways to a board. open_link() chooses one by the uri.
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/device_uri.hpp"
 #include "symrig/board/link.hpp"
 

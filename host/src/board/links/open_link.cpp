@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/links.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/virtual_bench.hpp"
 

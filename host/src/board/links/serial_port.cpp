@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/links.hpp"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/serial_line.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/byte_stream.hpp"
 
 #include <cerrno>
 #include <cstring>

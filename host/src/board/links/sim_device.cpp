@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/links.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 

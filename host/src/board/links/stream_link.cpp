@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/byte_stream.hpp"
 #include "board/links/links.hpp"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/byte_stream.hpp"
+#include "symrig/base/time.hpp"
 
 #include <utility>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/byte_stream.hpp"
+#include "symrig/base/internal/byte_stream.hpp"
 #include "symrig/board/virtual_bench.hpp"
 
 #include <cstddef>

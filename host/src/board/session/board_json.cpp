@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/session/board_json.hpp"
 
-#include "base/json_numbers.hpp"
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 #include "symrig/board/board_file.hpp"
 #include "symrig/protocol/program.hpp"
 

@@ -4,7 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/protocol/line_config.hpp"
-#include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/program.hpp"
 
 #include <span>
 

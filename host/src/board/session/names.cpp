@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/session/names.hpp"
 
-#include "base/duration.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/protocol/messages.hpp"
 

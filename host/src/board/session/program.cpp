@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/program.hpp"
 
-#include "base/duration.hpp"
 #include "board/session/names.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/line_config.hpp"
 #include "symrig/protocol/program.hpp"

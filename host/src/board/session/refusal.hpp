@@ -4,7 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/board/lint.hpp"
 #include "symrig/protocol/messages.hpp"
-#include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/program.hpp"
 
 #include <string_view>
 

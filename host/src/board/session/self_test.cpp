@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/self_test.hpp"
 
-#include "base/duration.hpp"
 #include "board/session/jumper_test.hpp"
 #include "board/session/names.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <set>

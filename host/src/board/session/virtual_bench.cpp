@@ -3,7 +3,7 @@
 
 #include "board/links/links.hpp"
 #include "board/links/virtual_connection.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 #include "board/session/watchdog_test.hpp"
 
 #include "board/session/names.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <thread>
 #include <utility>

@@ -2,7 +2,7 @@
 #include "camera/genicam/negotiate.hpp"
 
 #include "camera/pfnc.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "camera/v4l2/controls.hpp"
 #include "camera/v4l2/formats.hpp"
 #include "camera/v4l2/open_node.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstddef>
 #include <cstdint>

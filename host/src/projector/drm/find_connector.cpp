@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/route.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/flip_events.hpp"
 
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <array>
 #include <cerrno>

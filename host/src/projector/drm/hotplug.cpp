@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/hotplug.hpp"
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <array>

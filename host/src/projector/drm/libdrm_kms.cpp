@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
 
-#include "symrig/base/fd.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -4,7 +4,7 @@
 #include "projector/drm/flip_events.hpp"
 #include "projector/drm/hotplug.hpp"
 #include "projector/drm/kms.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <map>
 

@@ -2,7 +2,7 @@
 #include "symrig/projector/folder_projector.hpp"
 
 #include "board/firmware_files/sha256.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/projector/folder_projector.hpp"
 
 #include <array>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "rig/exec/child_process.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstddef>
 #include <cstdint>

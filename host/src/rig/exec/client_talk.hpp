@@ -2,9 +2,8 @@
 #pragma once
 
 #include "board/links/listening_place.hpp"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstddef>
 #include <functional>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exec/exec_answer.hpp"
 
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/rig/exec_probe.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "rig/exec/received_photograph.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/view_layout.hpp"
 
 #include <cstdint>

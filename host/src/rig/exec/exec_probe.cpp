@@ -5,8 +5,8 @@
 #include "rig/exec/child_talk.hpp"
 #include "rig/exec/exec_answer.hpp"
 #include "rig/exec/received_photograph.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -4,7 +4,7 @@
 #include "board/links/listening_place.hpp"
 #include "rig/exec/client_talk.hpp"
 #include "rig/exec/exec_answer.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/rig/exec_probe.hpp"
 
 #include <algorithm>

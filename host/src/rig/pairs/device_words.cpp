@@ -2,7 +2,7 @@
 #include "rig/pairs/device_words.hpp"
 
 #include "image/size_text.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 
 #include <charconv>
 #include <cmath>

@@ -3,9 +3,9 @@
 
 #include "board/links/links.hpp"
 #include "rig/pairs/pair_proof.hpp"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -4,7 +4,7 @@
 #include "board/links/listening_place.hpp"
 #include "rig/exec/client_talk.hpp"
 #include "rig/pairs/pair_proof.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/rig/pair_link.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // The bytes of an HDF5 file.  source: "HDF5 File Format Specification Version 3.0", The HDF Group.
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
 #include "tensor/h5_reader/bytes.hpp"
 

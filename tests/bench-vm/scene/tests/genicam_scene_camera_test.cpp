@@ -4,7 +4,7 @@
 
 #include "assert_ok.hpp"
 #include "camera/genicam/genicam_camera.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "usbip/usbip_server.hpp"
 
 #include <any>

@@ -6,7 +6,7 @@
 #include "sim/image_formation.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/rig/rig.hpp"

@@ -3,7 +3,7 @@
 
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/fake_guest.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstdlib>
 #include <cstring>

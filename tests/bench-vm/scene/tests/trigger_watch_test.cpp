@@ -2,7 +2,7 @@
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/fake_guest.hpp"
 #include "bench-vm/scene/watchers.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <thread>
 
