@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The image's manifest at a fixed place (0x100001c0, right after the vectors). A host finds it in a UF2 file
-// without running the image. Layout: boards/pico/README.md, "Image".
+// without running the image. Layout: docs/board-pico-debug.md, "Image".
 #include "board_pins.hpp"
 #include "symrig/firmware/version.hpp"
 

@@ -44,7 +44,7 @@ test('the clock that time_ping tells is the clock of the edges', { skip }, () =>
 
 const TIMER_RAW_LOW = 0x28;
 const TIMER0_HANDLER = 16;
-const LONGEST_INTERRUPT = 1400; // cycles of the GPIO handler, for all lines at once (boards/pico/README.md)
+const LONGEST_INTERRUPT = 1400; // cycles of the GPIO handler, for all lines at once (docs/board-pico-debug.md)
 
 /**
  * In the alarm's own handler, an interrupt of the highest priority passes between the read of TIMER and the write of the next alarm. An

@@ -23,7 +23,7 @@ struct FlashImage {
 /// twice, within 16 MiB. fails: bad_format (the message names the block and its error).
 Result<FlashImage> parse_uf2(std::span<const std::uint8_t> file);
 
-/// The record inside a firmware image that identifies the firmware (boards/pico/README.md).
+/// The record inside a firmware image that identifies the firmware (docs/board-pico-debug.md).
 struct FirmwareManifest {
   std::string board;                ///< "pico", as BoardInfo::board
   std::string version;              ///< "0.1.0", as BoardInfo::firmware_version

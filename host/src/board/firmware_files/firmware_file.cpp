@@ -23,8 +23,8 @@ constexpr std::uint32_t kFamilyRp2040 = 0xE48BFF56;
 constexpr std::uint32_t kFlashRp2040 = 0x10000000;
 constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage, before its checksum
 
-// The record in the image (boards/pico/README.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash of
-// the sources, 16 bytes each for board and version.
+// The record in the image (docs/board-pico-debug.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash
+// of the sources, 16 bytes each for board and version.
 constexpr std::string_view kMagic = "SYMRIGFW";
 constexpr std::uint32_t kLayout = 1;
 constexpr std::size_t kRecordBytes = 56;
