@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tick_clock.hpp"
 
-#include "irq_lock.hpp"
-
 namespace symrig::mega2560 {
 
 void TickClock::begin() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "edge_machine.hpp"
+#include "edge_program.hpp"
 
 namespace symrig::pico::edge_machine {
 

@@ -2,7 +2,7 @@
 // How the engine notices the end of a wait, and ends waits that time out.
 #include "board_pins.hpp"
 #include "edge_engine.hpp"
-#include "edge_machine.hpp"
+#include "edge_program.hpp"
 
 namespace symrig::pico {
 

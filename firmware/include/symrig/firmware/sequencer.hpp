@@ -3,7 +3,6 @@
 
 #include "symrig/hal/edge_engine.hpp"
 #include "symrig/protocol/program.hpp"
-#include "symrig/protocol/program_rules.hpp"
 
 namespace symrig::firmware {
 

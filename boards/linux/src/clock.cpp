@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wake.hpp"
-
 #include "clock.hpp"
 
 #include <algorithm>

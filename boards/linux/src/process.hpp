@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "gpio.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
 
+#include <cstdint>
 #include <mutex>
 #include <string>
+#include <string_view>
 
 #include <pthread.h>
 
@@ -35,5 +38,25 @@ std::string run_first(int priority);
 Result<Fd> stay_awake();
 /// Locks all memory of the process in RAM. Returns an empty text, or the obstacle and how to remove it.
 std::string lock_memory();
+
+/// Sends a state such as "READY=1" to systemd, if systemd has started this process (sd_notify(3): a datagram
+/// to $NOTIFY_SOCKET).
+void notify_manager(std::string_view state);
+
+/// Writes one line to the log: standard error, which systemd stores in its journal.
+void log_line(std::string_view text);
+
+/// Sets the outputs to their safe levels if the process crashes: SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT
+/// (including std::terminate). It cannot help against SIGKILL, a stopped kernel, or power loss.
+class Emergency {
+ public:
+  /// Active until it is destroyed. Only one may exist at a time. gpio must outlive it.
+  explicit Emergency(Gpio& gpio);
+  ~Emergency();
+  Emergency(const Emergency&) = delete;
+  Emergency& operator=(const Emergency&) = delete;
+
+  static void set_safe(std::uint32_t levels);
+};
 
 }  // namespace symrig::board_linux
