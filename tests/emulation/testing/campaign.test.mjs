@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
-import { Ledger } from './ledger.mjs';
+import { Ledger } from './campaign.mjs';
 
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'symrig-ledger-'));
 test.after(() => fs.rmSync(folder, { recursive: true }));

@@ -5,8 +5,6 @@
 // each cycle, except where `quietUntil` says that it only counts or stalls: then it lags behind and is brought up to date ("settled") when
 // something touches it. Alarms (DMA, timers, USB, stimuli) are always met at their cycle.
 
-import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
-
 const SHORT_QUIET = 4; // a quiet stretch this short is not worth looking for again at once
 const BACK_OFF = 8;
 
@@ -146,4 +144,44 @@ export class Scheduler {
     if (pio[0].bypass | pio[1].bypass) this.disturb();
     else this.quietUntil = Math.min(this.quietUntil, pads.nextChange);
   }
+}
+
+// One cycle is 8 ns: clk_sys is 125 MHz. All times of the emulation are whole cycles since power-up.
+
+export const NANOSECONDS_PER_CYCLE = 8;
+export const CYCLES_PER_MICROSECOND = 125;
+export const CYCLES_PER_MILLISECOND = 125_000;
+export const CLOCK_HZ = 125_000_000;
+
+// Events at whole cycles, on rp2040js' clock. Those that belong to the chip die with it at a reset; those of the world outside
+// (stimuli, the USB bus) go on.
+
+export class ChipEvent {
+  constructor(clock, callback, outside) {
+    this.clock = clock;
+    this.alarm = clock.createAlarm(() => {
+      this.pending = false;
+      callback();
+    });
+    this.alarm.outside = outside;
+    this.pending = false;
+  }
+
+  at(cycle) {
+    this.pending = true;
+    this.alarm.schedule(cycle * NANOSECONDS_PER_CYCLE - this.clock.nanos);
+  }
+
+  cancel() {
+    this.pending = false;
+    this.alarm.cancel();
+  }
+}
+
+/** Takes every alarm of the chip out of the clock's list. */
+export function dropChipAlarms(clock) {
+  const kept = [];
+  for (let alarm = clock.nextAlarm; alarm; alarm = alarm.next) if (alarm.outside) kept.push(alarm);
+  kept.forEach((alarm, i) => (alarm.next = kept[i + 1] ?? null));
+  clock.nextAlarm = kept[0] ?? null;
 }

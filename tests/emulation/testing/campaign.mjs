@@ -44,3 +44,17 @@ export class Ledger {
     if (this.file) fs.appendFileSync(this.file, `${JSON.stringify({ campaign: this.campaign, image: this.image, item, result })}\n`);
   }
 }
+
+// Seeded numbers (xorshift32): the same on every machine.
+
+export function randomSource(seed) {
+  let state = seed >>> 0 || 1;
+  const next = () => {
+    state ^= state << 13;
+    state ^= state >>> 17;
+    state ^= state << 5;
+    return state >>> 0;
+  };
+  const below = (limit) => next() % limit;
+  return { next, below, bytes: (length) => Buffer.from(Array.from({ length }, () => below(256))) };
+}

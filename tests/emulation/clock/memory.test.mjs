@@ -3,9 +3,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { FlashChip, Ssi } from '../board/ssi.mjs';
+import { FlashChip, Ssi } from '../board/flash.mjs';
 import { boardWith } from '../testing/images.mjs';
-import { XipCache } from './xip.mjs';
+import { XipCache } from './memory.mjs';
 
 const FLASH = 0x10000000;
 const WAY = 8192; // bytes
