@@ -10,7 +10,7 @@
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/program/program_file.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/rig/rig_file.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <filesystem>

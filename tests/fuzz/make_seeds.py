@@ -1,11 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the seeds of the fuzz targets from the golden vectors. Run it when the vectors have grown."""
+"""Makes the seeds of the fuzz targets: by hand, and from the golden vectors of the wire.
+
+usage: make_seeds.py --list FILE    writes a line a seed: target, name, bytes in hexadecimal
+       make_seeds.py --unpack DIR   writes each seed to DIR/fuzz_TARGET/NAME, and prints the targets
+"""
+
 import pathlib
 import struct
+import sys
 
-HERE = pathlib.Path(__file__).resolve().parent
-WIRE = HERE.parent / "golden" / "wire"
+WIRE = pathlib.Path(__file__).resolve().parents[1] / "golden" / "wire"
+SEEDS = []
 
 
 def vectors(name):
@@ -13,9 +19,7 @@ def vectors(name):
 
 
 def write(target, name, data):
-    folder = HERE / "corpus" / target
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / name).write_bytes(data)
+    SEEDS.append((target, name, data))
 
 
 def unhex(text):
@@ -96,6 +100,7 @@ write("reply", "honest", bytes([0] * 9 + [12]) + bytes([4, 9, WORD | 1, 20, 0x40
 write("reply", "spoilt", bytes([7, 3, 1, 0xFF, 2, 0x80, 3, 9, 5, 7] * 9))
 write("reply", "forged", bytes([1, 4, 8, 3, 0x18, 5] * 12))
 write("reply", "noise", bytes([2, 9, 0, 1, 2, 3, 4, 5, 6, 7, 0, 3, 4, 9, 5, 6, 0x0A, 2, 8, 1, 0, 0] * 6))
+write("reply", "code_unknown", unhex("020900010201000007020801000000000000000001040803031805010408031805010408031805010408031805010408031805010408031805010408031805010408f803"))
 write("reply", "mute", bytes([0, 0, 6, 0, 6, 0, 0, 0, 6, 6, 0, 0, 0]))
 
 # First byte: which settings; then for each of the driver's answers how much of it is changed, where, and into what.
@@ -114,3 +119,21 @@ for file, name in enumerate(("new_matrix", "old_matrix", "matlab")):
     write("hdf5", name, bytes([file]))
 write("hdf5", "new_scene", bytes([3]) + change(60, 2, 3))
 write("hdf5", "old_scene", bytes([4]) + change(96, 8, 2**64 - 1) + change(200, 4, 7))
+
+
+def put_list(path):
+    pathlib.Path(path).write_text("".join(f"{target} {name} {data.hex() or '-'}\n" for target, name, data in SEEDS), encoding="utf-8")
+
+
+def unpack(folder):
+    for target, name, data in SEEDS:
+        place = pathlib.Path(folder) / f"fuzz_{target}"
+        place.mkdir(parents=True, exist_ok=True)
+        (place / name).write_bytes(data)
+    print("\n".join(sorted({f"fuzz_{target}" for target, _, _ in SEEDS})))
+
+
+DO = {"--list": put_list, "--unpack": unpack}
+if len(sys.argv) != 3 or sys.argv[1] not in DO:
+    sys.exit(__doc__)
+DO[sys.argv[1]](sys.argv[2])
