@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "peripherals.hpp"
 
-#include "tick_clock.hpp"
+#include "interrupts.hpp"
 
 // MCUSR as it was at the reset.
 extern "C" {

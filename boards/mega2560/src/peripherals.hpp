@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "interrupts.hpp"
 #include "symrig/hal/peripherals.hpp"
-#include "tick_clock.hpp"
 
 namespace symrig::mega2560 {
 

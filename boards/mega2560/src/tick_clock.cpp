@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tick_clock.hpp"
 
+#include "interrupts.hpp"
+
 namespace symrig::mega2560 {
 
 void TickClock::begin() {

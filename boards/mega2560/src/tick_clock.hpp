@@ -3,29 +3,10 @@
 
 #include "symrig/hal/clock.hpp"
 
-#include <avr/interrupt.h>
 #include <avr/io.h>
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
 namespace symrig::mega2560 {
-
-/// No interrupt comes while it lives.
-class IrqLock {
- public:
-  IrqLock() : status_(SREG) {
-    cli();
-    asm volatile("" ::: "memory");
-  }
-  ~IrqLock() {
-    asm volatile("" ::: "memory");
-    SREG = status_;
-  }
-  IrqLock(const IrqLock&) = delete;
-  IrqLock& operator=(const IrqLock&) = delete;
-
- private:
-  uint8_t status_;
-};
 
 /// The low 32 bits of a tick. They wrap after 35 minutes: compare two of them by before().
 using ShortTick = uint32_t;

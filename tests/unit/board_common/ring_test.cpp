@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/boards/ring.hpp"
+#include "symrig/boards/pin_log.hpp"
 
 #include <gtest/gtest.h>
 

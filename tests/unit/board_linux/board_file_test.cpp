@@ -2,7 +2,6 @@
 #include "board_file.hpp"
 
 #include "assert_ok.hpp"
-#include "identity.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "assert_ok.hpp"
-#include "link_switch.hpp"
-#include "symrig/protocol/busy_answer.hpp"
+#include "transport.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <string>
 

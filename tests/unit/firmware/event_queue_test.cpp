@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/firmware/event_queue.hpp"
+#include "symrig/firmware/link.hpp"
 
 #include <array>
 #include <cstdint>

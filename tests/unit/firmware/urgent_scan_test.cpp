@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/firmware/urgent_scan.hpp"
+#include "symrig/firmware/link.hpp"
 
 #include "raw_host.hpp"
 
