@@ -197,8 +197,6 @@ TEST(EmulatedPico, passes_the_conformance_kit_with_a_wire_to_the_interlock) {
 // The production test on the emulated Pico with its plug: every wire, an interlock, and the watchdog starved
 // on purpose.
 
-using namespace std::chrono_literals;
-
 TEST(EmulatedPico, passes_the_production_test_with_its_plug) {
   NEEDS_EMULATION();
   EmulatedPico pico;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene's cameras of GenICam. The one on the network is met by their driver.
-#include "bench-vm/scene/genicam_scene_camera.hpp"
-
 #include "assert_ok.hpp"
+#include "bench-vm/scene/scene_camera.hpp"
 #include "camera/genicam/genicam_camera.hpp"
 #include "symrig/base/time.hpp"
 #include "usbip/usbip_server.hpp"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/screen_timeline.hpp"
-#include "bench-vm/scene/truth_file.hpp"
+#include "bench-vm/scene/screen_reader.hpp"
+#include "bench-vm/scene/truth_log.hpp"
 #include "sim/image_formation.hpp"
-#include "sim/simulated_camera.hpp"
-#include "sim/simulated_projector.hpp"
+#include "sim/simulated_devices.hpp"
 #include "symrig/base/statistics.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench-vm/scene/paired_camera.hpp"
+#include "bench-vm/scene/scene_camera.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +10,68 @@
 #include <fmt/format.h>
 
 namespace symrig::bench_vm {
+
+namespace {
+
+void put(std::vector<std::uint8_t>& bytes, std::size_t pixel, std::uint16_t code) {
+  bytes[2 * pixel] = static_cast<std::uint8_t>(code & 0xffU);
+  bytes[2 * pixel + 1] = static_cast<std::uint8_t>(code >> 8U);
+}
+
+}  // namespace
+
+Result<void> CameraPicture::check() const {
+  if (top >= 0 && left >= 0 && top + camera.rows <= picture.rows && left + camera.cols <= picture.cols)
+    return {};
+  return Error{ErrorCode::size_mismatch,
+               fmt::format("a camera of {} at row {}, column {} is not inside a picture of {}",
+                           to_string(camera), top, left, to_string(picture)),
+               "give a larger --picture"};
+}
+
+std::vector<std::uint8_t> CameraPicture::bytes(std::span<const std::uint16_t> codes) const {
+  const std::size_t pixels = picture.size();
+  std::vector<std::uint8_t> bytes(2 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) put(bytes, i, dark);
+  std::size_t i = 0;
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col)
+      put(bytes, static_cast<std::size_t>(top + row) * picture.cols + left + col, codes[i++]);
+  return bytes;
+}
+
+namespace {
+
+class V4l2SceneCamera final : public SceneCamera {
+ public:
+  V4l2SceneCamera(CameraPort port, const CameraPicture& picture)
+      : port_(std::move(port)), picture_(picture) {}
+
+  Result<Settings> settings() const override {
+    SYMRIG_TRY(const CameraState state, port_.state());
+    if (state.streaming && !state.is_y12)
+      return Error{ErrorCode::bad_format, "the host has set a format other than Y12",
+                   "give format = \"Y12\" in the rig file"};
+    return Settings{state.follows_pulse, state.stamps_begin};
+  }
+  Result<CameraPort::Taken> deliver(const DeliveredFrame& frame) override {
+    return port_.deliver({frame.stamp, frame.skip, frame.damaged}, picture_.bytes(*frame.codes));
+  }
+  Result<void> plug(bool in) override { return port_.plug(in); }
+
+ private:
+  CameraPort port_;
+  CameraPicture picture_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<SceneCamera>> open_v4l2_camera(const CameraPicture& picture) {
+  SYMRIG_CHECK(picture.check());
+  SYMRIG_TRY(const std::string path, bench_variable("BENCH_CAMERA_INJECT"));
+  SYMRIG_TRY(CameraPort port, CameraPort::open(path));
+  return std::unique_ptr<SceneCamera>(std::make_unique<V4l2SceneCamera>(std::move(port), picture));
+}
 
 namespace {
 

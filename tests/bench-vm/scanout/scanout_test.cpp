@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "assert_ok.hpp"
 #include "bench-vm/scanout/scanout.hpp"
+
+#include "assert_ok.hpp"
 
 #include <random>
 #include <string>
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm::ppm_test {
+namespace symrig::bench_vm::scanout_test {
 namespace {
 
 Result<ScreenPixels> parse(const std::string& text) {
@@ -57,4 +58,4 @@ TEST(DifferingPixels, are_counted_and_all_differ_if_the_sizes_do) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm::ppm_test
+}  // namespace symrig::bench_vm::scanout_test
