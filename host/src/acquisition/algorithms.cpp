@@ -11,7 +11,6 @@
 #include <utility>
 
 namespace symrig {
-
 namespace {
 
 constexpr double kTolerance = 3e-4;

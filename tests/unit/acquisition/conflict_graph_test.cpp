@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/conflict_graph.hpp"
+#include "acquisition/search/colouring.hpp"
 
 #include <set>
 

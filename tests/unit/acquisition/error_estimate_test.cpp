@@ -2,8 +2,7 @@
 // What a capture says of its own errors, against the truth: seeds and sizes that nothing was tuned on.
 #include "symrig/acquisition/error_estimate.hpp"
 
-#include "acquisition/errors/energy_sums.hpp"
-#include "acquisition/errors/one_sided.hpp"
+#include "acquisition/errors/error_estimate.hpp"
 #include "dense_scene.hpp"
 #include "judged_capture.hpp"
 #include "symrig/acquisition/measured_errors.hpp"

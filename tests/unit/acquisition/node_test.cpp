@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/node.hpp"
+#include "acquisition/tree/node.hpp"
 
 #include <algorithm>
 #include <cmath>

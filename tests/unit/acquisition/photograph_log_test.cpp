@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/photograph_log.hpp"
 
-#include "acquisition/log/fast_crc32c.hpp"
 #include "log_file.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
 #include "symrig/protocol/crc32c.hpp"
 
 #include <thread>

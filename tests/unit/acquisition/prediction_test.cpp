@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/prediction.hpp"
+#include "acquisition/tree/rank_test.hpp"
 
 #include <cmath>
 

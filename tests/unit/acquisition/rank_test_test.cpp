@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/rank_test.hpp"
+#include "acquisition/tree/rank_test.hpp"
 
-#include "acquisition/search/node.hpp"
+#include "acquisition/tree/node.hpp"
 #include "dense_scene.hpp"
 
 #include <limits>

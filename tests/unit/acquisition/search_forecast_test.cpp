@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/search_forecast.hpp"
+#include "acquisition/search/forecasts.hpp"
 
 #include <span>
 #include <vector>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // When brute force takes over for leaves that the checks find wrong.
-#include "acquisition/search/sparseness.hpp"
-
+#include "acquisition/search/budget.hpp"
 #include "dense_scene.hpp"
 
 #include <gtest/gtest.h>

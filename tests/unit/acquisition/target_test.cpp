@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A target error chooses the tolerance, and a forecast says what it will take.
-#include "acquisition/search/target_tolerance.hpp"
+#include "acquisition/search/tolerance.hpp"
 #include "broken_off.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/sim/virtual_rig.hpp"

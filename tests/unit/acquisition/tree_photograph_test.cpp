@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/tree_photograph.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
 
 #include <limits>
 #include <vector>

@@ -10,7 +10,6 @@
 #include <utility>
 
 namespace symrig::acquisition {
-
 namespace {
 
 constexpr std::uint64_t kSeed = 0xC4EC;

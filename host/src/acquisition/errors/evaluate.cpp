@@ -13,7 +13,6 @@
 #include <vector>
 
 namespace symrig {
-
 namespace {
 
 /// Value noise of one octave: random heights on a lattice of `cells` steps across the longer side,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/tree_photograph.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
 #include "symrig/acquisition/noise_check.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/light/light_brightness.hpp"
+#include "acquisition/light/light_tests.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/light/light_place.hpp"
-
-#include "acquisition/light/light_sums.hpp"
+#include "acquisition/light/light_series.hpp"
+#include "acquisition/light/light_tests.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/polish.hpp"
 
-#include "acquisition/refine/exact_sums.hpp"
-#include "acquisition/refine/most_light.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
 
 #include <algorithm>
 #include <array>

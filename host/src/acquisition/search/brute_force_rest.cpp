@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/brute_force_rest.hpp"
 
-#include "acquisition/baseline/sparse_column.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/errors/noise_check.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/scene_facts.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/scene_facts.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 

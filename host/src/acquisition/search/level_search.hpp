@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/placement.hpp"
+#include "acquisition/tree/photographer.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -4,15 +4,24 @@
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/search/budget.hpp"
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/rank_test.hpp"
-#include "acquisition/search/sparseness.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/rank_test.hpp"
+#include "acquisition/tree/scene_facts.hpp"
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 namespace symrig::acquisition {
+
+/// Leaves that the check photographs find wrong, although their own photographs fit. Such a leaf has a block
+/// that is dark while a random half of the pixels is lit. There the tensor misses by over ten tolerances
+/// beyond noise, and by over half the size of its own entries. The leaf shines there strongly enough to have
+/// a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test, and
+/// is found here.
+std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport& known,
+                                   const std::vector<Checks::Residual>& all);
 
 /// Leaves that the checks find wrong are reopened: the search splits them. Together they may cost a tenth of
 /// the photographs that were taken before. Where they cost more, brute force takes over (Sparseness).

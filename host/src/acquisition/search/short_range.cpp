@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/short_range.hpp"
 
-#include "acquisition/errors/dark_excess.hpp"
+#include "acquisition/errors/checks.hpp"
+#include "acquisition/search/forecasts.hpp"
 #include "acquisition/search/level_search.hpp"
 #include "acquisition/search/placement.hpp"
-#include "acquisition/search/search_forecast.hpp"
 
 #include <algorithm>
 #include <cmath>

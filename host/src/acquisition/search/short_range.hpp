@@ -3,7 +3,7 @@
 
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/tree/photographer.hpp"
 
 #include <cstdint>
 #include <set>
