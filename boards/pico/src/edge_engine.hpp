@@ -71,7 +71,8 @@ class PinWatch {
   ~PinWatch() = default;
 };
 
-/// hal::EdgeEngine with one PIO state machine that DMA feeds. README.md, "The edge engine".
+/// hal::EdgeEngine with one PIO state machine that DMA feeds.
+/// docs/board-pico-debug.md, "The edge engine".
 class PicoEngine final : public hal::EdgeEngine {
  public:
   PicoEngine(const TickClock& clock, const Stampers& stampers) : clock_(clock), stampers_(stampers) {}

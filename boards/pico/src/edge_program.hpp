@@ -5,8 +5,8 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// The edge engine's program for a PIO state machine, and the words that it reads. README.md explains it,
-/// with cycle counts.
+/// The edge engine's program for a PIO state machine, and the words that it reads.
+/// docs/board-pico-debug.md explains it, with cycle counts.
 namespace symrig::pico::edge_program {
 
 // The PIO instructions that are used here.

@@ -12,8 +12,8 @@ namespace symrig::pico {
 uint32_t line_levels();
 
 /// Time-stamps every edge of up to four input pins, with one PIO1 state machine per pin and DMA into a ring
-/// in RAM. Resolution 2 ticks. An edge less than 8 ticks after another may be missed. README.md, "Time
-/// stamps".
+/// in RAM. Resolution 2 ticks. An edge less than 8 ticks after another may be missed. See
+/// docs/board-pico-debug.md, "Time stamps".
 class Stampers {
  public:
   static constexpr uint32_t kCount = 3;

@@ -74,7 +74,8 @@ class ByteRing {
 };
 
 /// The USB device: endpoint 0, the wire (hal::ByteLink) and the console's output. The interrupt does all the
-/// work. The main loop exchanges data with it through byte rings. README.md, "USB".
+/// work. The main loop exchanges data with it through byte rings.
+/// docs/board-pico-debug.md, "USB and interrupts".
 class UsbDevice final : public hal::ByteLink {
  public:
   /// The engine goes to its safe levels as soon as an urgent Abort arrives.
