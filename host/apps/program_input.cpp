@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_input.hpp"
 
-#include "colour.hpp"
 #include "console.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/board/board.hpp"
-#include "symrig/board/board_file.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/program/symprog.hpp"
 

@@ -2,8 +2,8 @@
 #include "gige/gige_rig.hpp"
 
 #include "camera/genicam/genicam_driver.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/board/ticks.hpp"
 #include "symrig/boards/sim_board.hpp"
 
 #include <algorithm>

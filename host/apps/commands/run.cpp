@@ -3,13 +3,13 @@
 
 #include "command.hpp"
 #include "console.hpp"
-#include "device_option.hpp"
 #include "files.hpp"
 #include "meter.hpp"
+#include "options.hpp"
 #include "program_input.hpp"
-#include "symrig/board/discovery.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/run/waveform.hpp"
-#include "symrig/sim/sim_rig.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <array>
 #include <memory>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "conformance/check.hpp"
 
-#include "board/session/names.hpp"
 #include "conformance/raw_session.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <fmt/format.h>
 

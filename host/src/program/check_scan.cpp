@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/names.hpp"
 #include "program/longer_bracket.hpp"
 #include "program/passes.hpp"
 #include "program/timing.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 #include "symrig/hdr/beat.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
 #include "program/timing.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <cstdlib>
 #include <optional>

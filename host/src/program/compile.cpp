@@ -3,7 +3,7 @@
 
 #include "program/passes.hpp"
 #include "program/timing.hpp"
-#include "symrig/board/lint.hpp"
+#include "symrig/board/program.hpp"
 #include "symrig/program/timeline.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/line_setup.hpp"
 #include "program/passes.hpp"
+#include "symrig/board/internal/board_forms.hpp"
 #include "symrig/protocol/check_program.hpp"
 
 namespace symrig::program {

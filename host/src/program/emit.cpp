@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <algorithm>
 #include <array>

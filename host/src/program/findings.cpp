@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/findings.hpp"
 
-#include "board/session/names.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <algorithm>
 #include <tuple>

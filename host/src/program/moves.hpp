@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/board/ticks.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/program/program_file.hpp"
 
 #include <cstdint>

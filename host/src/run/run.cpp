@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/run/run.hpp"
 
-#include "board/session/names.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 #include "symrig/program/bracket.hpp"
 #include "symrig/program/symprog.hpp"
 

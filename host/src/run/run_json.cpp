@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/board_json.hpp"
 #include "symrig/base/internal/json_reader.hpp"
+#include "symrig/board/internal/board_forms.hpp"
 #include "symrig/program/symprog.hpp"
 #include "symrig/run/run.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/names.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 #include "symrig/run/waveform.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/program/symprog.hpp"
 
-#include "symrig/board/board_file.hpp"
+#include "symrig/board/board_info.hpp"
 #include "workshop.hpp"
 
 namespace symrig::symprog_test {

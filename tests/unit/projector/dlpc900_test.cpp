@@ -279,7 +279,7 @@ TEST_F(Dlpc900, a_reset_and_another_programs_change_are_found_in_a_sequence) {
 }
 
 // The entry is wrong, and the controller tells nobody: begin() cannot find it. The rig's check with light
-// does (tests/unit/rig/plane_check_test.cpp).
+// does (tests/unit/rig/plane_schedule_test.cpp).
 TEST_F(Dlpc900, a_wrong_entry_of_the_table_is_not_found_by_commands) {
   device->bad_entry = 17;
   const auto begun = begin();

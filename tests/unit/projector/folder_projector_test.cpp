@@ -2,10 +2,10 @@
 #include "symrig/projector/folder_projector.hpp"
 
 #include "assert_ok.hpp"
-#include "board/firmware_files/sha256.hpp"
 #include "full_disk.hpp"
 #include "projector_laws.hpp"
 #include "symrig/base/files.hpp"
+#include "symrig/board/internal/sha256.hpp"
 #include "symrig/image/file.hpp"
 
 #include <cstdlib>

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs behind sockets: the photographs, the secret, and hosts and pairs that misbehave.
-#include "symrig/rig/pair_server.hpp"
-
 #include "assert_ok.hpp"
-#include "board/links/links.hpp"
 #include "rig/pairs/pair_proof.hpp"
 #include "scratch.hpp"
+#include "symrig/board/internal/links.hpp"
+#include "symrig/rig/pair_link.hpp"
 #include "symrig/sim/simulated_pairs.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/testing/probe_laws.hpp"

@@ -7,7 +7,6 @@
 #include "symrig/board/clock_model.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/program.hpp"
-#include "symrig/board/receipt.hpp"
 
 #include <array>
 #include <cstdint>

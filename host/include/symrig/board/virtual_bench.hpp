@@ -3,7 +3,6 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
-#include "symrig/board/device_uri.hpp"
 #include "symrig/board/link.hpp"
 
 #include <cstdint>

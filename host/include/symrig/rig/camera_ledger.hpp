@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/time.hpp"
-#include "symrig/board/clock_time.hpp"
+#include "symrig/board/clock_model.hpp"
 #include "symrig/camera/camera.hpp"
 
 #include <array>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/session/session.hpp"
 
-#include "board/session/line_setup.hpp"
-#include "board/session/names.hpp"
-#include "board/session/refusal.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/board/internal/explain.hpp"
 #include "symrig/protocol/line_config.hpp"
 #include "symrig/protocol/messages.hpp"
 

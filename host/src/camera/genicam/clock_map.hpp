@@ -2,7 +2,7 @@
 #pragma once
 
 #include "camera/genicam/features.hpp"
-#include "symrig/board/clock_time.hpp"
+#include "symrig/board/clock_model.hpp"
 
 #include <optional>
 #include <string>

@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
-#include "symrig/board/clock_time.hpp"
+#include "symrig/board/clock_model.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <cstddef>

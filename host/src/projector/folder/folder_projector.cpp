@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/projector/folder_projector.hpp"
 
-#include "board/firmware_files/sha256.hpp"
 #include "symrig/base/files.hpp"
+#include "symrig/board/internal/sha256.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

@@ -7,6 +7,9 @@
 #include "symrig/protocol/program.hpp"
 
 #include <span>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
 
 namespace symrig::board {
 
@@ -17,5 +20,19 @@ Result<protocol::BoardConfig> line_setup(const BoardInfo& info, std::span<const 
 
 /// The rules that the board checks programs against.
 protocol::ProgramRules program_rules(const BoardInfo& info, const protocol::BoardConfig& config);
+
+/// The properties of a board that programs depend on.
+nlohmann::ordered_json board_json(const BoardInfo& board);
+/// Parses JSON. Refuses JSON that is nested deeper than the files of symrig. Throws nlohmann::json::exception
+/// and BadJson.
+nlohmann::ordered_json parse_json(std::string_view text);
+
+/// The inverse of board_json. Accepts only boards that can exist. Throws nlohmann::json::exception and
+/// BadJson.
+BoardInfo board_from_json(const nlohmann::ordered_json& json);
+
+nlohmann::ordered_json line_json(const LineConfig& line);
+/// Throws nlohmann::json::exception and BadJson.
+LineConfig line_from_json(const nlohmann::ordered_json& json);
 
 }  // namespace symrig::board

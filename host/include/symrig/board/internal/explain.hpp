@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/result.hpp"
 #include "symrig/board/board_info.hpp"
+#include "symrig/board/program.hpp"
+#include "symrig/protocol/messages.hpp"
+#include "symrig/protocol/program.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -29,5 +33,11 @@ std::string ticks_text(const BoardInfo& info, std::uint64_t ticks);
 std::string known_lines(const BoardInfo& info, bool output);
 /// The next step after an unknown line name: the nearest name, and all names of that direction (or of both).
 std::string line_hint(const BoardInfo& info, std::string_view given, std::optional<bool> output = {});
+
+/// Describes a broken rule, with the shortest legal alternative.
+Finding explain(const protocol::Violation& violation, const BoardInfo& info);
+
+/// Describes a board's refusal. request: the refused request, such as "to arm".
+Error explain_refusal(const symrig_wire_Reply& reply, std::string_view request, const BoardInfo& info);
 
 }  // namespace symrig::board

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/board/boot_drive.hpp"
 
 #include "symrig/base/files.hpp"
 #include "symrig/base/job_files.hpp"
+#include "symrig/board/firmware_file.hpp"
 
 #include <algorithm>
 #include <array>
