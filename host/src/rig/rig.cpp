@@ -5,7 +5,6 @@
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
 #include "rig/plane_check.hpp"
-#include "rig/shutter_timing.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rig/exec/received_photograph.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/image/view_layout.hpp"
+#include "symrig/rig/internal/received_photograph.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -2,7 +2,7 @@
 // A camera and a projector of another computer.
 #include "rig/pairs/device_words.hpp"
 #include "symrig/base/text.hpp"
-#include "symrig/rig/device_pair.hpp"
+#include "symrig/rig/pair_link.hpp"
 
 #include <chrono>
 #include <limits>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "board/links/listening_place.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/board/internal/links.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -51,5 +51,10 @@ class ClientTalk {
   std::optional<Nanoseconds> patience_;
   std::optional<Deadline> greeting_, line_;
 };
+
+/// Serves the clients of a place, one after the other, until keep_going() is false. While one is served,
+/// others are turned away.
+void serve_clients(const board::ListeningPlace& place, const std::function<bool()>& keep_going,
+                   const std::function<void(ClientTalk& talk)>& serve);
 
 }  // namespace symrig::rig

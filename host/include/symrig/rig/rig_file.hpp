@@ -2,12 +2,14 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/grid.hpp"
 #include "symrig/program/program_file.hpp"
-#include "symrig/projector/placement.hpp"
+#include "symrig/projector/projector.hpp"
+#include "symrig/rig/frame_taker.hpp"
 #include "symrig/rig/pair_link.hpp"
+#include "symrig/rig/pairs.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>
@@ -97,5 +99,24 @@ Result<RigDescription> read_rig_file(const std::filesystem::path& path, RigUse u
 /// The same from text. Paths of profiles are relative to `folder`.
 Result<RigDescription> parse_rig_file(std::string_view text, const std::string& name,
                                       const std::filesystem::path& folder, RigUse use = RigUse::capture);
+
+/// Functions that open the devices of a rig file.
+RigDevices devices_of(const RigDescription& file);
+
+/// The cells of all pairs of a rig file. needs: file.grid.
+PairLayout pair_layout_of(const RigDescription& file);
+
+/// Opens the devices of a rig file, and opens them again after a loss.
+/// fails: as Rig::open() and the devices' own open().
+Result<std::unique_ptr<Rig>> open_rig_file(RigDescription file);
+
+/// The devices of a rig file that was read with RigUse::sensor.
+struct SensorParts {
+  RigParts parts;
+  bool whole_picture =
+      true;  ///< frames show all pixels of the camera's picture, so defects have their places
+};
+/// fails: bad_argument (frames are binned on this computer: a code is then no sample of the sensor).
+Result<SensorParts> parts_for_sensor(RigDescription file);
 
 }  // namespace symrig
