@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/bench_map.hpp"
-#include "sim/gaussian_blur.hpp"
-#include "sim/optics.hpp"
+#include "sim/light/optics.hpp"
+#include "sim/light/transport.hpp"
 #include "sim/scenes.hpp"
 #include "sim/view.hpp"
 #include "symrig/image/outline.hpp"

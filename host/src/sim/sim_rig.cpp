@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/sim/sim_rig.hpp"
-
 #include "symrig/board/board.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/views.hpp"
 
-#include "sim/optics.hpp"
+#include "sim/light/optics.hpp"
 #include "symrig/base/statistics.hpp"
 #include "symrig/sim/scene.hpp"
 #include "symrig/tensor/block_tree.hpp"

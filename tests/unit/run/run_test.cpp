@@ -3,7 +3,7 @@
 #include "symrig/run/run.hpp"
 
 #include "symrig/program/bracket.hpp"
-#include "symrig/sim/sim_rig.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 #include "unit/program/workshop.hpp"
 
 #include <filesystem>

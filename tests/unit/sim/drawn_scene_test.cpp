@@ -5,7 +5,7 @@
 #include "sim/drawn/interreflection.hpp"
 #include "sim/drawn/recipe.hpp"
 #include "sim/drawn/survey.hpp"
-#include "sim/hash.hpp"
+#include "sim/light/random.hpp"
 #include "unit/sim/dense.hpp"
 
 #include <algorithm>

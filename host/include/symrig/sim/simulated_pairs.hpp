@@ -4,7 +4,6 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/image/view_layout.hpp"
 #include "symrig/rig/pair_link.hpp"
-#include "symrig/rig/pair_server.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/scene.hpp"
 
