@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/report/bench_summary.hpp"
+#include "symrig/report/bench.hpp"
 
 #include <string>
 
