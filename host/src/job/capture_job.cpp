@@ -3,7 +3,7 @@
 #include "symrig/job/capture_job.hpp"
 
 #include "acquisition/tree/photographer.hpp"
-#include "symrig/acquisition/forwarding_probe.hpp"
+#include "symrig/acquisition/probe.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
