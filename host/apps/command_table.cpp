@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "command_table.hpp"
-
+#include "command.hpp"
 #include "meter.hpp"
 #include "program.hpp"
 

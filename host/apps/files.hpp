@@ -8,6 +8,8 @@
 
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 namespace symrig::apps {
 
 /// Checks that the suffix names a picture format (.exr, .png, .pfm).
@@ -26,5 +28,10 @@ Result<void> write_text(const std::string& path, std::string_view text);
 /// fails: io, bad_argument.
 Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure,
                            const PictureFacts& facts);
+
+/// JSON as text. Names may contain bytes that are not UTF-8, which JSON does not allow: each becomes U+FFFD.
+inline std::string json_text(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
 
 }  // namespace symrig::apps

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/report/bench.hpp"
 
-#include "bench_case.hpp"
 #include "bench_plan.hpp"
 #include "command.hpp"
 #include "console.hpp"

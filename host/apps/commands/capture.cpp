@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
-#include "capture_options.hpp"
-#include "choices.hpp"
+#include "capture_text.hpp"
 #include "command.hpp"
 #include "console.hpp"
-#include "effects.hpp"
-#include "error_table.hpp"
-#include "invocation.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "port_option.hpp"
+#include "options.hpp"
+#include "program.hpp"
 #include "rig.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/capture_page.hpp"
-#include "symrig/job/trouble.hpp"
-#include "undetermined_text.hpp"
+#include "symrig/job/rig_by_name.hpp"
 
 #include <array>
 #include <chrono>

@@ -2,7 +2,6 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "json_text.hpp"
 #include "program_input.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/program/symprog.hpp"

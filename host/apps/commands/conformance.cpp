@@ -3,10 +3,9 @@
 
 #include "command.hpp"
 #include "console.hpp"
-#include "device_option.hpp"
 #include "files.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
+#include "options.hpp"
 
 #include <memory>
 #include <string>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choices.hpp"
 #include "command.hpp"
-#include "command_table.hpp"
 #include "console.hpp"
+#include "options.hpp"
 #include "symrig/base/text.hpp"
 
 #include <memory>

@@ -2,8 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "memory_option.hpp"
-#include "symrig/report/node_counts.hpp"
+#include "options.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 

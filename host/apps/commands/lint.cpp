@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choices.hpp"
 #include "command.hpp"
 #include "console.hpp"
-#include "effects.hpp"
 #include "files.hpp"
-#include "json_text.hpp"
+#include "options.hpp"
 #include "program_input.hpp"
 #include "symrig/base/text.hpp"
 

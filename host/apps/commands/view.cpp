@@ -1,12 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 #include "console.hpp"
-#include "effects.hpp"
 #include "files.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "port_option.hpp"
+#include "options.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/viewer/page.hpp"

@@ -4,7 +4,7 @@
 // They come from the same declarations as the help, so they have every command and every option. Part of the
 // build, not installed.
 #include "manual/completions.hpp"
-#include "manual/write_pages.hpp"
+#include "manual/pages.hpp"
 #include "program.hpp"
 #include "symrig/base/files.hpp"
 

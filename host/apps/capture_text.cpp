@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "error_table.hpp"
+
+#include "capture_text.hpp"
 
 #include "console.hpp"
 
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 
 namespace symrig::apps {
+
 namespace {
 
 struct Row {
@@ -49,6 +51,24 @@ std::string error_table(const ErrorEstimate& errors) {
     text += fmt::format("  {:<16} {:>10} {:<12} {}\n", row.name, percent(value), bound, row.meaning);
   }
   return text;
+}
+
+std::string undetermined_text(const Undetermined& found) {
+  std::string text = fmt::format(
+      "the transport is not data-sparse: {} (the search would need at least {} photographs, brute "
+      "force {})\n",
+      found.reason, grouped(static_cast<double>(found.forecast)),
+      grouped(static_cast<double>(found.brute_force)));
+  for (const LevelEvidence& level : found.levels)
+    if (level.tested > 0)
+      text += fmt::format("  level {}: {} of {} nodes are leaves; {} of their energy is unexplained\n",
+                          level.level, grouped(static_cast<double>(level.leaves)),
+                          grouped(static_cast<double>(level.tested)), percent(level.unexplained));
+  return text +
+         (found.completed
+              ? fmt::format("  brute force measured the rest after {} photographs\n",
+                            grouped(static_cast<double>(found.patterns)))
+              : "  a budget or the memory limit does not allow brute force: the search went on within it\n");
 }
 
 }  // namespace symrig::apps
