@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arrays.hpp"
 
-#include "failure.hpp"
+#include "caller.hpp"
 #include "symrig/image/finite.hpp"
 
 #include <algorithm>
