@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 #include "symrig/calibration/gray_code.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/projector/placement.hpp"
+#include "symrig/projector/projector.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <cmath>

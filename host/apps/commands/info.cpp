@@ -255,9 +255,9 @@ Job add_info(CLI::App& command) {
   const auto arguments = std::make_shared<InfoArguments>();
   add_device(command, arguments->device);
   command
-      .add_option("--camera", arguments->camera,
-                  "Show a camera instead: /dev/videoN, genicam:ADDRESS, or a V4L2 camera's serial number, "
-                  "bus or name")
+      .add_option(
+          "--camera", arguments->camera,
+          "Show a camera instead: " + camera_path_forms() + ", or a V4L2 camera's serial number, bus or name")
       ->type_name("CAMERA")
       ->excludes("--device");
   command

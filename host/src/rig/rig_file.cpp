@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig_file.hpp"
 
-#include "program/file_keys.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "symrig/base/files.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/program/internal/file_keys.hpp"
 #include "symrig/projector/internal/driver.hpp"
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 
 #include "rig/rig_file_keys.hpp"
 
-#include "image/size_text.hpp"
 #include "symrig/camera/internal/driver.hpp"
+#include "symrig/image/internal/size_text.hpp"
 #include "symrig/projector/internal/driver.hpp"
 
 #include <algorithm>

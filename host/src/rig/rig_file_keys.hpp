@@ -26,7 +26,8 @@ inline camera::SensorFacts sensor_facts(const RigDescription& rig) {
   return {rig.camera.noise,
           rig.camera.bits,
           rig.camera.defects,
-          {profile.min_exposure, rig.camera.max_exposure, profile.readout, profile.trigger_delay}};
+          {profile.min_exposure, rig.camera.max_exposure, profile.readout, profile.trigger_delay},
+          std::filesystem::path(rig.path).parent_path()};
 }
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench-vm/scanout/scanout.hpp"
-#include "symrig/projector/drm_projector.hpp"
+#include "symrig/projector/internal/drm_projector.hpp"
 
 #include <filesystem>
 #include <fstream>

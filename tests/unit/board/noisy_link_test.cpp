@@ -3,7 +3,7 @@
 #include "bench.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/protocol/messages.hpp"
 #include "unit/protocol/random_program.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "bench.hpp"
 #include "symrig/board/board.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/run/frame_ledger.hpp"
 
 #include <algorithm>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A driver's numbers and stamps: what is made of them.
-#include "camera/v4l2/sequence.hpp"
-#include "camera/v4l2/stamps.hpp"
+#include "symrig/camera/internal/counts.hpp"
 
 #include <chrono>
 #include <random>

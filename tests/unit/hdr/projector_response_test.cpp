@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/hdr/projector_response.hpp"
-
 #include "scratch.hpp"
 #include "simulated_sensor.hpp"
-#include "symrig/projector/placement.hpp"
+#include "symrig/hdr/response.hpp"
+#include "symrig/projector/projector.hpp"
 
 #include <cmath>
 #include <fstream>

@@ -5,7 +5,7 @@
 #include "sim/simulated_devices.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/testing/camera_laws.hpp"
 #include "symrig/testing/projector_laws.hpp"
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/drm/flip_events.hpp"
-#include "projector/drm/hotplug.hpp"
-#include "projector/drm/kms.hpp"
 #include "symrig/base/files.hpp"
+#include "symrig/projector/internal/drm.hpp"
+#include "symrig/projector/internal/kms.hpp"
 
 #include <map>
 

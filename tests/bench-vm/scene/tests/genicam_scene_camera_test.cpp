@@ -2,8 +2,8 @@
 // The scene's cameras of GenICam. The one on the network is met by their driver.
 #include "assert_ok.hpp"
 #include "bench-vm/scene/scene_camera.hpp"
-#include "camera/genicam/genicam_camera.hpp"
 #include "symrig/base/time.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 #include "usbip/usbip_server.hpp"
 
 #include <any>
