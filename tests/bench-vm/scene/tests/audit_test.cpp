@@ -44,7 +44,7 @@ struct Session {
     if (weights) registered.emplace(*opened, *weights);
     Probe& probe = registered ? static_cast<Probe&>(*registered) : *opened;
     for (std::size_t i = 0; i < kPhotographs; ++i) {
-      const Pattern pattern = random_pattern({20, 24}, i);
+      const Pattern pattern = drawn_pattern({20, 24}, i);
       if (i == from) rig.tamper = once(std::exchange(tamper, {}));
       SYMRIG_TRY(auto photographs, probe.measure({&pattern, 1}));
       const auto lamp = static_cast<float>(1 + lamp_error * std::sin(static_cast<double>(i)));
@@ -166,7 +166,7 @@ TEST(Audit, finds_another_shot_of_the_same_pattern) {
   Session session;
   const Session* seen = &session;
   ASSERT_OK(session.capture(11, [seen](auto& frames) {
-    const auto light = seen->rig.formation().light_of(random_pattern({20, 24}, 11), 0);
+    const auto light = seen->rig.formation().light_of(drawn_pattern({20, 24}, 11), 0);
     frames[2].raw = seen->rig.formation().expose(*light, seconds(seen->rig.truth.back().open) / 8,
                                                  frames[2].sequence + 1);
   }));
@@ -181,7 +181,7 @@ TEST(Audit, finds_the_frames_of_a_photograph_that_do_not_follow_each_other) {
   Session session;
   ASSERT_OK(session.capture(0, [](auto&) {}));
   auto& truth = session.rig.truth;
-  const std::uint64_t picture = picture_key(random_pattern({20, 24}, 11));
+  const std::uint64_t picture = picture_key(drawn_pattern({20, 24}, 11));
   const auto first =
       std::ranges::find_if(truth, [picture](const TrueExposure& one) { return one.picture == picture; });
   ASSERT_NE(first, truth.end());
@@ -238,7 +238,7 @@ TEST(Audit, finds_a_pattern_that_was_never_shown) {
   ASSERT_OK(session.capture(0, [](auto&) {}));
   Radiance black{Image<float>({20, 24}, 1), Image<float>({20, 24}, 1, 1.F),
                  Image<std::uint8_t>({20, 24}, 1, 1)};
-  ASSERT_OK(session.log->append(random_pattern({20, 24}, 999), black, {}));
+  ASSERT_OK(session.log->append(drawn_pattern({20, 24}, 999), black, {}));
   const auto audit = session.audited();
   ASSERT_OK(audit);
   EXPECT_EQ(audit->unseen, 1);

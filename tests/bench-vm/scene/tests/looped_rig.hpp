@@ -97,7 +97,7 @@ class LoopedRig {
   board_sim::SimCamera shutter_{board_};
 };
 
-inline Pattern random_pattern(Grid grid, std::uint64_t seed) {
+inline Pattern drawn_pattern(Grid grid, std::uint64_t seed) {
   Random random(seed);
   Pattern pattern(grid);
   for (float& value : pattern.values()) value = random.uniform() < 0.5 ? 0.F : 1.F;

@@ -299,7 +299,7 @@ TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
     const auto rig = looped.open();
     ASSERT_TRUE(rig.ok()) << rig.error().line();
     std::vector<Pattern> patterns;
-    for (std::uint64_t i = 0; i < 5; ++i) patterns.push_back(random_pattern((*rig)->grid(), i));
+    for (std::uint64_t i = 0; i < 5; ++i) patterns.push_back(drawn_pattern((*rig)->grid(), i));
     const auto expected = (*virtual_rig)->measure(patterns);
     const auto seen = (*rig)->measure(patterns);
     ASSERT_TRUE(expected.ok() && seen.ok()) << uri;
@@ -315,7 +315,7 @@ TEST(LoopLight, mixes_light_by_time) {
   const auto uri = *parse_scene_uri("sim:vgroove-textured?size=20x24&black=0");
   const auto bench = *sim::make_bench(uri);
   const sim::ImageFormation formation(uri, *bench.view);
-  const Pattern a = random_pattern(uri.size, 1), b = random_pattern(uri.size, 2);
+  const Pattern a = drawn_pattern(uri.size, 1), b = drawn_pattern(uri.size, 2);
   Pattern mixed(uri.size);
   for (std::size_t i = 0; i < mixed.values().size(); ++i)
     mixed.values()[i] = 0.25F * a.values()[i] + 0.5F * b.values()[i];
