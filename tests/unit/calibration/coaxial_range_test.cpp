@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The coaxial check's shift against the true one, over sizes, scenes, seeds and shifts of both signs: within
 // three stated errors, or said to be beyond what is measured.
-#include "calibration/coaxial_comb.hpp"
+#include "calibration/axis/coaxial_comb.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 

@@ -3,7 +3,6 @@
 // result, or it refuses and names this cause first or second, of at most three. And good photographs of many
 // kinds.
 #include "faulty_photographs.hpp"
-#include "named_causes.hpp"
 #include "scratch.hpp"
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/pixel_map.hpp"

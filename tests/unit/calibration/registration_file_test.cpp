@@ -12,6 +12,8 @@
 #include <span>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 namespace symrig::registration_file_test {
 namespace {
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A rig of several views whose camera has pixels of its own: which view a pixel belongs to, and where it
 // looks.
-#include "calibration/registration/own_views.hpp"
-#include "calibration/registration/view_by_view.hpp"
+#include "calibration/registration/views.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"

@@ -4,11 +4,10 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
-#include "symrig/hdr/exposure_ratio.hpp"
+#include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/response.hpp"
-#include "symrig/hdr/scene_sensor.hpp"
 #include "symrig/hdr/sensor.hpp"
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 
 #include <cstdint>
 #include <filesystem>
