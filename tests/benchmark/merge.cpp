@@ -10,7 +10,6 @@
 
 #include "symrig/base/statistics.hpp"
 #include "symrig/base/time.hpp"
-#include "symrig/hdr/merge_stream.hpp"
 #include "unit/hdr/merge_contest.hpp"
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/calibration/registered_probe.hpp"
-#include "symrig/image/gain_shapes.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
