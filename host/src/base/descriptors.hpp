@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The file that a path leads to.
+// What a path or a descriptor leads to, and how a descriptor is written.
 #pragma once
 
 #include "symrig/base/result.hpp"

@@ -150,35 +150,35 @@ PagedMemory::~PagedMemory() {
 void PagedMemory::swap(PagedMemory& other) noexcept {
   std::swap(data_, other.data_);
   std::swap(capacity_, other.capacity_);
-  std::swap(place_, other.place_);
+  std::swap(storage_, other.storage_);
   std::swap(file_, other.file_);
 }
 
 void PagedMemory::release() {
-  if (place_ != Place::file) base::scratch_files().in_memory -= static_cast<std::int64_t>(capacity_);
-  if (place_ == Place::heap) std::free(data_);
-  if (place_ == Place::pages) ::munmap(data_, capacity_);
-  if (place_ == Place::file) base::scratch_files().put_back({file_, data_, capacity_});
+  if (storage_ != Storage::file) base::scratch_files().in_memory -= static_cast<std::int64_t>(capacity_);
+  if (storage_ == Storage::heap) std::free(data_);
+  if (storage_ == Storage::pages) ::munmap(data_, capacity_);
+  if (storage_ == Storage::file) base::scratch_files().put_back({file_, data_, capacity_});
   data_ = nullptr;
   capacity_ = 0;
-  place_ = Place::heap;
+  storage_ = Storage::heap;
   file_ = -1;
 }
 
 void PagedMemory::grow(std::size_t bytes) {
   // Pages cost nothing before they are used; blocks of a disk do.
-  const std::size_t more = place_ == Place::file ? bytes / 8 : bytes / 2;
+  const std::size_t more = storage_ == Storage::file ? bytes / 8 : bytes / 2;
   reserve(bytes + more);
 }
 
 void PagedMemory::reserve(std::size_t bytes) {
   if (bytes <= capacity_) return;
   const std::size_t capacity = rounded(bytes);
-  if (place_ == Place::file) return grow_file(capacity);
+  if (storage_ == Storage::file) return grow_file(capacity);
   if (bytes >= kLeastFile)
     if (const auto folder = base::scratch_files().folder_for(capacity - capacity_))
       return move_to_file(capacity, *folder);
-  if (place_ == Place::heap && bytes < kLeastPages) return grow_heap(bytes);
+  if (storage_ == Storage::heap && bytes < kLeastPages) return grow_heap(bytes);
   grow_pages(capacity);
 }
 
@@ -191,7 +191,7 @@ void PagedMemory::grow_heap(std::size_t capacity) {
 }
 
 void PagedMemory::grow_pages(std::size_t capacity) {
-  if (place_ == Place::pages) {
+  if (storage_ == Storage::pages) {
     void* const moved = ::mremap(data_, capacity_, capacity, MREMAP_MAYMOVE);
     if (moved == MAP_FAILED) throw std::bad_alloc();
     base::scratch_files().in_memory += static_cast<std::int64_t>(capacity - capacity_);
@@ -205,7 +205,7 @@ void PagedMemory::grow_pages(std::size_t capacity) {
   release();
   data_ = data;
   capacity_ = capacity;
-  place_ = Place::pages;
+  storage_ = Storage::pages;
   base::scratch_files().in_memory += static_cast<std::int64_t>(capacity);
 }
 
@@ -236,7 +236,7 @@ void PagedMemory::become(const base::ScratchFile& file) {
   data_ = file.data;
   capacity_ = file.bytes;
   file_ = file.file;
-  place_ = Place::file;
+  storage_ = Storage::file;
 }
 
 }  // namespace symrig

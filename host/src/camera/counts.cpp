@@ -10,14 +10,14 @@
 
 namespace symrig::camera {
 
-SequenceCount::Reading SequenceCount::begin(std::uint32_t driver) {
+CountedFrame SequenceCount::begin(std::uint32_t driver) {
   begun_ = true;
   last_driver_ = driver;
   last_ = base_ + driver;
   return {last_, Step::first, 0};
 }
 
-SequenceCount::Reading SequenceCount::read(std::uint32_t driver) {
+CountedFrame SequenceCount::read(std::uint32_t driver) {
   if (!begun_) return begin(driver);
   const auto ahead = static_cast<std::int32_t>(driver - last_driver_);
   if (ahead == 0) return {last_, Step::repeated, 0};
@@ -102,7 +102,7 @@ void FrameNumbers::leave_out(std::uint64_t begin, std::uint64_t end) {
   while (left_out_.size() > kRemembered) left_out_.erase(left_out_.begin());
 }
 
-FrameNumbers::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> counter) {
+CountedFrame FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> counter) {
   wide_ = wide_ || id == 0 || id > static_cast<std::uint64_t>(kNarrowIds);
   std::int64_t next = 0;
   if (counter && counter_)
@@ -113,7 +113,7 @@ FrameNumbers::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::ui
   else
     next = static_cast<std::int64_t>(base_ + (counter ? *counter : id));
   const auto number = static_cast<std::uint64_t>(std::max(next, static_cast<std::int64_t>(base_)));
-  Reading reading{number, Step::first, 0, false};
+  CountedFrame reading{number, Step::first, 0, false};
   if (begun_) {
     reading.step = number == last_ ? Step::repeated : number < last_ ? Step::backwards : Step::next;
     if (number > highest_ + 1) {

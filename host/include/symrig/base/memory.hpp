@@ -85,7 +85,7 @@ class PagedMemory {
   void* data() { return data_; }
   const void* data() const { return data_; }
   std::size_t capacity() const { return capacity_; }
-  bool in_file() const { return place_ == Place::file; }
+  bool in_file() const { return storage_ == Storage::file; }
 
   /// Copies bytes [first, first + count) of a scratch file, without mapping its pages.
   /// Throws NoScratchSpace.
@@ -98,7 +98,7 @@ class PagedMemory {
 
  private:
   /// Where the bytes are.
-  enum class Place : std::uint8_t { heap, pages, file };
+  enum class Storage : std::uint8_t { heap, pages, file };
   void move_to_file(std::size_t capacity, const std::filesystem::path& folder);
   void grow_file(std::size_t capacity);
   void become(const base::ScratchFile& file);
@@ -109,7 +109,7 @@ class PagedMemory {
 
   void* data_ = nullptr;
   std::size_t capacity_ = 0;
-  Place place_ = Place::heap;
+  Storage storage_ = Storage::heap;
   int file_ = -1;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The names of a board's states, in texts and in JSON.
+// What a board's states, codes, faults and refusals are called, in texts and in JSON.
 
 #include "symrig/board/internal/explain.hpp"
 

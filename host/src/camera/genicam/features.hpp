@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ownership of GLib's objects and errors. Only files of this folder include it.
+// A camera's settings by their GenICam names, and the ownership of GLib's objects and errors. Only files of
+// this folder include it.
 #pragma once
 
 #include "symrig/base/result.hpp"
@@ -50,8 +51,6 @@ class GLibError {
  private:
   GError* error_ = nullptr;
 };
-
-// A camera's settings by their GenICam names.
 
 /// The features of one open camera. Not thread-safe.
 class Features {

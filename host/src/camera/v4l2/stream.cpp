@@ -213,7 +213,7 @@ bool Stream::handle_error(int reason) {
 bool Stream::accept(const FilledBuffer& filled) {
   const bool damaged = filled.error || filled.data.size() < plan_.layout.bytes();
   const StampVerdict verdict = judge_->judge(filled.stamp, driver_.node().now(), damaged);
-  const SequenceCount::Reading reading = counts_.read(filled.sequence);
+  const CountedFrame reading = counts_.read(filled.sequence);
   if (!verdict.note.empty()) queue_.note(verdict.note);
   if (verdict.stale) {
     after_stale_ = true;
@@ -236,7 +236,7 @@ bool Stream::accept(const FilledBuffer& filled) {
   return true;
 }
 
-void Stream::count(const SequenceCount::Reading& reading) {
+void Stream::count(const CountedFrame& reading) {
   queue_.count([&reading](StreamReport& report) {
     report.missing += reading.missing;
     if (reading.step == Step::repeated) ++report.repeated;

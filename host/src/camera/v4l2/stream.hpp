@@ -101,7 +101,7 @@ class Stream {
   bool handle_error(int reason);
   bool accept(const FilledBuffer& filled);
   CameraFrame develop(const FilledBuffer& filled, bool damaged);
-  void count(const SequenceCount::Reading& reading);
+  void count(const CountedFrame& reading);
   bool lose(int reason, std::string_view doing);
 
   OpenNode driver_;

@@ -195,7 +195,7 @@ void LibdrmKms::sleep_until(SteadyTime time) {
   }
 }
 
-// The objects of a card: connectors, CRTCs, planes and their properties. This file copies libdrm's lists and
+// The objects of a card: connectors, CRTCs, planes and their properties. What follows copies libdrm's lists and
 // frees them at once.
 
 namespace {

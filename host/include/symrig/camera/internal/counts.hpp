@@ -13,24 +13,27 @@ namespace symrig::camera {
 /// How a frame's number compares to the previous one.
 enum class Step : std::uint8_t { first, next, gap, repeated, backwards };
 
+/// What a frame's number means.
+struct CountedFrame {
+  std::uint64_t number = 0;  ///< it does not wrap
+  Step step = Step::first;
+  std::uint64_t missing = 0;  ///< Step::gap: the numbers left out before this frame
+  bool found =
+      false;  ///< its number was left out before: the frame is out of order; told by FrameNumbers only
+};
+
 /// Extends a driver's 32-bit frame count: it does not wrap, and it continues when the stream restarts.
 class SequenceCount {
  public:
-  struct Reading {
-    std::uint64_t number = 0;
-    Step step = Step::first;
-    std::uint64_t missing = 0;  ///< numbers skipped before this frame
-  };
-
   /// A number up to 2^31 away from the previous one is compared directly. A greater distance means that the
   /// count wrapped.
-  Reading read(std::uint32_t driver);
+  CountedFrame read(std::uint32_t driver);
   /// The driver restarts its count. Skips at least one number, so that frames of two streams are never
   /// adjacent.
   void restart();
 
  private:
-  Reading begin(std::uint32_t driver);
+  CountedFrame begin(std::uint32_t driver);
 
   std::uint64_t base_ = 0;  // extended number of the driver's frame 0 in this stream
   std::uint64_t last_ = 0;
@@ -83,15 +86,8 @@ class StampJudge {
 /// above 65535 shows which kind it is.
 class FrameNumbers {
  public:
-  struct Reading {
-    std::uint64_t number = 0;
-    Step step = Step::first;
-    std::uint64_t missing = 0;  ///< Step::gap: the numbers left out
-    bool found = false;         ///< its number was left out before: the frame is out of order
-  };
-
   /// counter: the trigger counter of the frame's chunk data; it counts triggers whose frame was lost.
-  Reading read(std::uint64_t id, std::optional<std::uint32_t> counter);
+  CountedFrame read(std::uint64_t id, std::optional<std::uint32_t> counter);
   /// The camera restarts its count. At least one number is skipped, so that frames of two streams are never
   /// adjacent.
   void restart();
