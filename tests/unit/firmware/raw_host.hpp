@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/protocol/messages.hpp"
 #include "symrig/protocol/line_config.hpp"
+#include "symrig/protocol/messages.hpp"
 #include "symrig/protocol/program.hpp"
 
 #include <algorithm>

@@ -86,7 +86,7 @@ class EdgeEngine {
 
 /// The largest number of pushed waits that pop_wait() has not removed yet. A board with little memory keeps
 /// fewer: its build defines SYMRIG_MAX_WAITS, at least queue_segments + 2. Then its queue is full before this
-/// bound is reached, and the proof of the refill (protocol/refill.hpp) holds unchanged.
+/// bound is reached, and the proof of the refill (protocol/program_timing.hpp) holds unchanged.
 #ifdef SYMRIG_MAX_WAITS
 constexpr uint32_t kMaxWaits = SYMRIG_MAX_WAITS;
 #else
