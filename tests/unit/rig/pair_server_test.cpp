@@ -321,7 +321,7 @@ TEST(PairServer, hostile_bytes_get_one_line_and_harm_nobody) {
   EXPECT_TRUE(PairLink::open(address_of("unix:" + path)).ok()) << "it goes on";
 }
 
-/// Strangers who send a byte of a greeting now and then, and come again when they are sent away.
+/// Strangers who send a byte of a greeting now and then, and connect again after each refusal.
 class Strangers {
  public:
   Strangers(const std::string& path, int count) {

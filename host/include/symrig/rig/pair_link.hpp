@@ -4,7 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstddef>
@@ -77,13 +77,13 @@ class PairService {
   virtual Result<void> begin() { return {}; }
   /// After begin(): what it states of itself, words KEY=VALUE without line breaks.
   virtual std::string facts() const = 0;
-  /// Answers one request. false: the host has gone. An error is sent to the host, which is then sent away.
+  /// Answers one request. false: the host has gone. The host gets an error, and is then disconnected.
   virtual Result<bool> answer(const std::string& request, rig::ClientTalk& talk) = 0;
 };
 
 /// A projector-camera pair behind a socket, for a host that joins several (docs/pair-protocol.md). It serves
 /// one host at a time. Another one gets the line "busy: ...". A host that breaks the framing or does not know
-/// the secret gets the line "error: ...". Both are then sent away.
+/// the secret gets the line "error: ...". Both are then disconnected.
 class PairServer {
  public:
   /// place: "unix:PATH", which only this user can reach, or "tcp:HOST:PORT" of an address of this machine.

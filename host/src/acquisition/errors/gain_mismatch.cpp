@@ -18,7 +18,7 @@ namespace {
 constexpr std::size_t kFewestBlocks = 16, kMostBlocks = 256;
 /// Both sums must be this many standard deviations above nothing.
 constexpr double kBright = 10;
-/// Fewer pairs tell no shape.
+/// Fewer pairs do not determine the shape.
 constexpr std::size_t kFewestPairs = 24;
 /// A priori standard deviations: of log g at the corner by each shape, and of the veil.
 constexpr double kPriorShape = 0.5, kPriorVeil = 0.02;

@@ -3,7 +3,7 @@
 
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/tree/node.hpp"
-#include "symrig/acquisition/gain_mismatch.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <array>
@@ -27,7 +27,7 @@ class GainEvidence {
   explicit GainEvidence(const BlockTree& tree);
 
   /// Adds the nodes of a level that are bright both ways. Only levels with 16 to 256 blocks: larger blocks
-  /// tell no shape, and smaller ones cost time.
+  /// do not show the shape, and smaller ones cost time.
   void add(const NodeLevel& level);
 
   /// Least squares, robustly: where a leaf's photographs hold other light, a ratio is far off.

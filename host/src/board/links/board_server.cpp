@@ -18,7 +18,7 @@
 namespace symrig {
 namespace {
 
-/// Replies that a host has not taken. One that leaves more is sent away.
+/// [bytes] of replies that a host has not read. With more, it is disconnected.
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20;
 /// 256 kB: all that a socket keeps, so the end of a host that has left is seen before the next one is
 /// answered.

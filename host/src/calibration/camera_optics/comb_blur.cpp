@@ -17,14 +17,14 @@ namespace symrig::calibration {
 namespace {
 
 constexpr int kPeriod = CombPhotographs::period, kCombTile = 8;
-/// More pixels cost time and tell nothing new.
+/// More pixels cost time and add nothing.
 constexpr double kMostCombPixels = 1e5;
 constexpr std::size_t kFewestPixels = 500;
 /// [cells] Near the border of the cells a comb ends.
 constexpr double kMargin = 2;
 /// Photographs are smoothed by a Gaussian of one pixel, because a picture's texture may change from pixel to
-/// pixel and tells no derivative there. Both blurs are then as much larger. Weights reach so many pixels to
-/// each side.
+/// pixel, where it has no derivative. This makes both measured blurs larger by the same amount. The weights
+/// reach this many pixels to each side.
 constexpr int kSmoothReach = 6;
 /// Derivatives of W that count.
 constexpr int kOrders = 5;
@@ -192,6 +192,19 @@ class Samples {
 
 using Vector4 = Eigen::Vector4d;
 using Matrix4 = Eigen::Matrix4d;
+
+// The model of a pixel at x under comb k, with the flood-lit light W and its derivatives along the axis,
+// the comb's profile S blurred by b, and the camera's variance q (fit_comb_blur):
+//
+//   y = W / 4 + α (Σ_n qⁿ / n! W⁽ⁿ⁾ S⁽ⁿ⁾ − W / 4) + β Σ_n qⁿ / n! W⁽ⁿ⁾ S⁽ⁿ⁺¹⁾
+//
+// α, β: factor and shift of the pixel's tile. So the fit has two unknowns a tile, and b and q for all. One
+// round:
+// 1. row_of: the derivatives of y by α, β, b, q, and what the model leaves.
+// 2. step: each tile's 4 × 4 normal equations, with Tukey's weights of what is left over noise and misfit.
+// 3. solve: α and β are eliminated tile by tile (Schur complement), which leaves a 2 × 2 system for b and
+//    q. The covariance is N⁻¹ C N⁻¹ with the scatter C of what the tiles want, since pixels of a tile err
+//    together.
 
 /// Gauss and Newton over the tiles' own unknowns, which are eliminated, and both blurs.
 class CombBlurFit {
