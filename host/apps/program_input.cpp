@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_input.hpp"
 
-#include "console.hpp"
+#include "output.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 

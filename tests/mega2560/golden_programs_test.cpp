@@ -7,7 +7,7 @@
 #include "assert_ok.hpp"
 #include "emulated_mega.hpp"
 #include "symrig/conformance/conformance.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -5,7 +5,7 @@
 #include "symrig/base/files.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/run/run.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 

@@ -2,7 +2,7 @@
 #include "rig/board_runs.hpp"
 
 #include "rig/exposure_choice.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 #include <utility>

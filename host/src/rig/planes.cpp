@@ -3,7 +3,7 @@
 #include "rig/planes.hpp"
 
 #include "rig/exposure_choice.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 #include <cstdint>

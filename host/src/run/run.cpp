@@ -3,8 +3,7 @@
 
 #include "symrig/base/time.hpp"
 #include "symrig/board/internal/explain.hpp"
-#include "symrig/program/bracket.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 

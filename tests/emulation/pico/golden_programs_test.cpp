@@ -7,7 +7,7 @@
 #include "emulated_pico.hpp"
 #include "symrig/board/self_test.hpp"
 #include "symrig/conformance/conformance.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 #include <cstdint>

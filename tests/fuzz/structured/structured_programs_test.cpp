@@ -6,7 +6,7 @@
 #include "mutators.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/program.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
 #include "symrig/run/compare.hpp"

@@ -7,7 +7,7 @@
 #include "rig/planes.hpp"
 #include "symrig/base/statistics.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>

@@ -71,7 +71,7 @@ struct RigDescription {
   std::vector<PairEntry> pairs;
   ViewLayout pair_layout;    ///< of `pairs`, row by row from the top left one
   std::optional<Grid> grid;  ///< of patterns; none: the grid of the camera's region. Of each pair, if several
-  /// The file of a camera whose pixels are not the cells (registration_file.hpp). Empty: they are.
+  /// The file of a camera whose pixels are not the cells. Empty: they are.
   std::string registration;
   bool colour = false;           ///< three channels from the camera's colour mosaic (RegisteredProbe)
   bool registers_again = false;  ///< a registered rig that has moved is registered again; else it stops
