@@ -70,7 +70,6 @@ struct Status {
   bool initialized() const { return (hardware & 0x01U) != 0; }
   bool sequencer_aborted() const { return (hardware & 0x40U) != 0; }
   bool sequencer_error() const { return (hardware & 0x80U) != 0; }
-  bool memory_tested() const { return (system & 0x01U) != 0; }
   bool parked() const { return (main & 0x01U) != 0; }      ///< the mirrors
   bool sequencing() const { return (main & 0x02U) != 0; }  ///< the sequencer runs
   bool frozen() const { return (main & 0x04U) != 0; }      ///< pictures are not swapped
