@@ -235,7 +235,7 @@ TEST(Conformance, documented) {
   text << file.rdbuf();
   std::vector<std::string> listed;
   const std::string page = text.str();
-  const std::regex row(R"(\n\| `([a-z_]+\.[a-z_0-9]+)` \| ([^|]+) \|)");
+  const std::regex row(R"(\n- `([a-z_]+\.[a-z_0-9]+)`: ([^\n]+))");
   for (std::sregex_iterator found(page.begin(), page.end(), row), end; found != end; ++found)
     listed.push_back((*found)[1].str() + ": " + (*found)[2].str());
   std::vector<std::string> checks;
