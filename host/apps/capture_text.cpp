@@ -2,7 +2,7 @@
 
 #include "capture_text.hpp"
 
-#include "console.hpp"
+#include "output.hpp"
 
 #include <algorithm>
 #include <array>

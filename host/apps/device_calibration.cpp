@@ -3,9 +3,8 @@
 #include "device_calibration.hpp"
 
 #include "code_folder.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
+#include "output.hpp"
 #include "rig.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/hdr/response.hpp"

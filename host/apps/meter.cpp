@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "meter.hpp"
 
-#include "console.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "symrig/base/files.hpp"
 #include "terminal_line.hpp"
 

@@ -3,9 +3,8 @@
 
 #include "bench_plan.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
+#include "output.hpp"
 #include "rig.hpp"
 #include "symrig/base/memory.hpp"
 

@@ -2,10 +2,9 @@
 #include "symrig/conformance/conformance.hpp"
 
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 
 #include <memory>
 #include <string>

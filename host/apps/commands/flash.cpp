@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/board/firmware_file.hpp"

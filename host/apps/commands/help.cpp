@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "symrig/base/text.hpp"
 
 #include <memory>

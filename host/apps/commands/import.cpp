@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture_text.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "rig.hpp"
 #include "symrig/base/text.hpp"

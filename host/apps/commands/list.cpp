@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "command.hpp"
-#include "console.hpp"
 #include "device_text.hpp"
-#include "files.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "symrig/camera/camera_info.hpp"
 #include "symrig/projector/find_projectors.hpp"
 

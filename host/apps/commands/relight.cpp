@@ -3,15 +3,14 @@
 #include "symrig/job/relight.hpp"
 
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "rig.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "program.hpp"
 #include "rig.hpp"
 #include "symrig/report/html_report.hpp"

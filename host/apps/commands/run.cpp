@@ -2,10 +2,9 @@
 #include "symrig/run/run.hpp"
 
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "program_input.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/run/waveform.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/rig/exec_probe.hpp"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "program_input.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/run/analyser.hpp"

@@ -3,10 +3,9 @@
 
 #include "capture_text.hpp"
 #include "commands.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "ranks.hpp"
 #include "symrig/base/time.hpp"
 

@@ -2,14 +2,13 @@
 #include "solve.hpp"
 
 #include "commands.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
 #include "options.hpp"
+#include "output.hpp"
 #include "ranks.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/job/relight.hpp"
 #include "symrig/report/summary.hpp"
 
