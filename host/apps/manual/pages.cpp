@@ -2,8 +2,8 @@
 
 #include "manual/pages.hpp"
 
-#include "console.hpp"
 #include "manual/argument.hpp"
+#include "output.hpp"
 #include "symrig/base/files.hpp"
 
 #include <algorithm>
