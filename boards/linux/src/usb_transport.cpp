@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include "usb_transport.hpp"
 
 #include <algorithm>
