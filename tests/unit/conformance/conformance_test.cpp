@@ -228,7 +228,7 @@ TEST(Conformance, ends_safe_when_stopped) {
   EXPECT_EQ(board.supervisor_state(), symrig_wire_State_STATE_SAFE);
 }
 
-/// The table of docs/conformance.md is the list of checks.
+/// The list of docs/conformance.md is that of the checks.
 TEST(Conformance, documented) {
   std::ifstream file(SYMRIG_DOCS_DIR "/conformance.md");
   std::stringstream text;
