@@ -6,7 +6,7 @@
 #include "symrig/image/file.hpp"
 #include "symrig/report/text.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <cmath>
 #include <cstring>

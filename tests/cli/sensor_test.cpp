@@ -4,7 +4,7 @@
 
 #include "command.hpp"
 #include "sensor_folder.hpp"
-#include "symrig/hdr/response_file.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <algorithm>
 #include <cmath>

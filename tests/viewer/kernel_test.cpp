@@ -3,7 +3,7 @@
 #include "assert_ok.hpp"
 #include "relight_kernel.hpp"
 #include "symrig/base/statistics.hpp"
-#include "tensor/half.hpp"
+#include "symrig/tensor/internal/half.hpp"
 #include "viewer/page_tensor.hpp"
 
 #include <cmath>

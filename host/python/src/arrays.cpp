@@ -2,7 +2,7 @@
 #include "arrays.hpp"
 
 #include "caller.hpp"
-#include "symrig/image/finite.hpp"
+#include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <cmath>

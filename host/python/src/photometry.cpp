@@ -7,7 +7,7 @@
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/job/relight.hpp"
 
 #include <cmath>

@@ -6,12 +6,12 @@
 #include "rig.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/time.hpp"
-#include "symrig/image/finite.hpp"
+#include "symrig/image/file.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"
-#include "symrig/tensor/adjoint.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <limits>

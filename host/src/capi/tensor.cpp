@@ -5,7 +5,7 @@
 #include "symrig/base/job_files.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/summary.hpp"
-#include "symrig/tensor/adjoint.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hdr/clipping.hpp"
+#include "symrig/hdr/internal/clipping.hpp"
 
 #include "symrig/base/statistics.hpp"
 

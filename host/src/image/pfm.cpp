@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Portable float map: "PF" or "Pf", width height, scale (its sign gives the byte order), rows from the bottom
 // up.
-#include "image/codec.hpp"
+#include "symrig/image/internal/codec.hpp"
 
 #include <bit>
 #include <charconv>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 #include "symrig/base/text.hpp"
 #include "symrig/board/internal/sha256.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/job/relight.hpp"
 #include "symrig/report/text.hpp"
 

@@ -2,7 +2,6 @@
 
 #include "report/html.hpp"
 
-#include "symrig/image/encode.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 
 #include "symrig/base/statistics.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include "report/picture.hpp"
 #include "report/sections.hpp"
 #include "symrig/base/statistics.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 
 #include <algorithm>
 #include <cmath>

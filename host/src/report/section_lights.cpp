@@ -6,7 +6,7 @@
 #include "report/picture.hpp"
 #include "report/sections.hpp"
 #include "symrig/report/text.hpp"
-#include "symrig/tensor/stopped.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/rig/frame_reading.hpp"
 #include "symrig/rig/rig.hpp"
 

@@ -6,7 +6,7 @@
 #include "sim/view.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -54,7 +54,7 @@ class ImageSource {
 class LocalImages final : public ImageSource {
  public:
   /// view must outlive this.
-  LocalImages(const SceneUri& uri, const View& view, const Tile& tile);
+  LocalImages(const SceneUri& uri, const CameraView& view, const Tile& tile);
   Result<std::vector<CameraFrame>> develop(std::span<const LitPattern> patterns,
                                            std::span<const LitExposure> exposures) override;
 

@@ -2,7 +2,6 @@
 
 #include "symrig/sim/simulated_pairs.hpp"
 
-#include "image/size_text.hpp"
 #include "sim/image_formation.hpp"
 #include "sim/image_source.hpp"
 #include "sim/light/random.hpp"
@@ -11,6 +10,7 @@
 #include "sim/rig_profiles.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/image/internal/size_text.hpp"
 #include "symrig/rig/internal/client_talk.hpp"
 #include "symrig/rig/internal/each_pair.hpp"
 #include "symrig/rig/pairs.hpp"

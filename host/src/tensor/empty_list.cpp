@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/empty_list.hpp"
+#include "tensor/entries.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/entries.hpp"
 
-#include "tensor/row_kernels.hpp"
+#include "tensor/panel_kernels.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -2,9 +2,8 @@
 
 #include "viewer/pack.hpp"
 
+#include "symrig/tensor/internal/half.hpp"
 #include "symrig/viewer/page.hpp"
-#include "tensor/half.hpp"
-#include "viewer/page_bytes.hpp"
 #include "viewer/page_tensor.hpp"
 #include "viewer/page_text.hpp"
 

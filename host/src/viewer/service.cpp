@@ -2,7 +2,7 @@
 
 #include "viewer/service.hpp"
 
-#include "tensor/half.hpp"
+#include "symrig/tensor/internal/half.hpp"
 #include "viewer/page_tensor.hpp"
 #include "viewer/page_text.hpp"
 

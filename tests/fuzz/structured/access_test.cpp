@@ -6,7 +6,7 @@
 #include "symrig/base/files.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/pixel_map.hpp"
-#include "symrig/hdr/response_file.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/program/program_file.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mutators.hpp"
-#include "tensor/h5.hpp"
-#include "tensor/h5_reader/checksum.hpp"
+#include "tensor/h5_reader/file_bytes.hpp"
+#include "tensor/h5_write.hpp"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
 #include <cmath>

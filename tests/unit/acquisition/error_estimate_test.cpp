@@ -5,7 +5,7 @@
 #include "acquisition/errors/error_estimate.hpp"
 #include "dense_scene.hpp"
 #include "judged_capture.hpp"
-#include "symrig/acquisition/measured_errors.hpp"
+#include "symrig/acquisition/evaluate.hpp"
 #include "symrig/sim/scene.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "workbench.hpp"

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera and a projector whose gains differ over the picture: a search sees it by reciprocity.
-#include "symrig/acquisition/gain_mismatch.hpp"
-
 #include "dense_scene.hpp"
 #include "judged_capture.hpp"
-#include "symrig/acquisition/forwarding_probe.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
+#include "symrig/acquisition/probe.hpp"
 #include "workbench.hpp"
 
 #include <algorithm>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Noise that is not as a probe promises: told when gross, and never where it is as promised.
-#include "symrig/acquisition/noise_check.hpp"
-
 #include "spoiled_capture.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // What is not known of where photographs look becomes variance.
 #include "acquisition/tree/tree_photograph.hpp"
 #include "symrig/base/statistics.hpp"
-#include "symrig/tensor/split.hpp"
+#include "symrig/tensor/block_tree.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dense_scene.hpp"
-#include "symrig/acquisition/noise_check.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
 #include "workbench.hpp"
 
 #include <algorithm>

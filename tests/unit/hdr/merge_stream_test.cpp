@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames added one by one: against merge(), and against the Cramér-Rao bound.
-#include "symrig/hdr/merge_stream.hpp"
-
 #include "merge_contest.hpp"
+#include "symrig/hdr/merge.hpp"
 
 #include <gtest/gtest.h>
 

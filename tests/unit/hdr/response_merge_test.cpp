@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bracket of a camera that is not linear becomes radiance whose variance holds.
-#include "symrig/hdr/response_merge.hpp"
-
 #include "simulated_sensor.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <cmath>
 #include <functional>

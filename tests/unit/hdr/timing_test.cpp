@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exposures against the projector's periods, and against each other.
 #include "simulated_sensor.hpp"
-#include "symrig/hdr/beat.hpp"
-#include "symrig/hdr/exposure_ratio.hpp"
+#include "symrig/hdr/bracket_plan.hpp"
+#include "symrig/hdr/merge.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include "symrig/rig/rig_file.hpp"
 
 #include "scratch.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <cmath>

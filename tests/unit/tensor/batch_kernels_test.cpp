@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/statistics.hpp"
-#include "tensor/kernels.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/lanes.hpp"
-
 #include "symrig/base/statistics.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <numeric>
 #include <utility>

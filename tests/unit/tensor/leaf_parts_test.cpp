@@ -3,8 +3,8 @@
 #include "tensor/leaf_parts.hpp"
 
 #include "symrig/base/statistics.hpp"
-#include "symrig/tensor/adjoint.hpp"
 #include "symrig/tensor/file.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <cstdlib>

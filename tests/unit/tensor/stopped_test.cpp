@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/tensor/stopped.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <array>
 #include <vector>

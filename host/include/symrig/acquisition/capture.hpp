@@ -4,14 +4,12 @@
 #include "symrig/acquisition/algorithms.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/acquisition/gain_mismatch.hpp"
-#include "symrig/acquisition/noise_check.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/tensor/block_tree.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/split.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>

@@ -4,14 +4,12 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/image/file.hpp"
 #include "symrig/image/grid.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/picture_facts.hpp"
-#include "symrig/image/radiance.hpp"
 #include "symrig/image/y4m.hpp"
 #include "symrig/tensor/transport_operator.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
-#include "symrig/tensor/view_relight.hpp"
 
 #include <cstddef>
 #include <filesystem>

@@ -6,7 +6,7 @@
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/calibration/registration.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/report/summary.hpp"
 
 #include <cstdint>

@@ -4,7 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 
 #include <algorithm>
 #include <cstddef>

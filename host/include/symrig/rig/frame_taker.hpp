@@ -3,7 +3,7 @@
 
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/hdr/scene_sensor.hpp"
+#include "symrig/hdr/sensor.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>

@@ -4,7 +4,6 @@
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/errors/gain_mismatch.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
-#include "symrig/acquisition/gain_mismatch.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/image/image.hpp"

@@ -2,7 +2,6 @@
 // The patterns that errors and reports are made with.
 #include "symrig/acquisition/evaluate.hpp"
 
-#include "symrig/acquisition/measured_errors.hpp"
 #include "symrig/base/statistics.hpp"
 
 #include <algorithm>

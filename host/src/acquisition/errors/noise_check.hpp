@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/tree/tree_photograph.hpp"
-#include "symrig/acquisition/noise_check.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 

@@ -11,7 +11,7 @@
 namespace symrig::acquisition {
 namespace {
 
-/// Less is what lamps do within seven photographs; the noise check reports it (noise_check.hpp).
+/// Less is what lamps do within seven photographs; the noise check reports it (NoiseCheck).
 constexpr double kLittle = 0.005;
 /// More than this is refused even if no cause fits.
 constexpr double kMuch = 0.1;

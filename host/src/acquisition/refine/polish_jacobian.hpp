@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/tree/known_transport.hpp"
-#include "tensor/kernels.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <array>
 #include <cstddef>

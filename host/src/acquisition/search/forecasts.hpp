@@ -6,7 +6,7 @@
 #include "acquisition/tree/scene_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/progress.hpp"
-#include "symrig/hdr/expectation.hpp"
+#include "symrig/hdr/bracket_plan.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/tree/known_transport.hpp"
 
-#include "tensor/kernels.hpp"
-#include "tensor/lanes.hpp"
-#include "tensor/scratch.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <algorithm>
 #include <array>

@@ -4,8 +4,8 @@
 #include "acquisition/tree/photographer.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
-#include "tensor/kernels.hpp"
 
 #include <cstdint>
 #include <span>

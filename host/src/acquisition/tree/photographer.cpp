@@ -2,7 +2,7 @@
 #include "acquisition/tree/photographer.hpp"
 
 #include "symrig/base/time.hpp"
-#include "tensor/kernels.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/tensor/block_tree.hpp"
-#include "tensor/kernels.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <cstdint>
 #include <functional>

@@ -3,7 +3,6 @@
 
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/radiance.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>

@@ -9,19 +9,19 @@
 
 namespace symrig::calibration {
 
-enum class Axis : bool { rows, cols };  ///< along which positions are counted
+enum class CombAxis : bool { rows, cols };  ///< along which positions are counted
 
 /// Thin stripes across one axis: stripe s of group g lies at offsets[s] + g · period. All groups are
 /// complete.
 struct Comb {
-  Axis axis = Axis::cols;
+  CombAxis axis = CombAxis::cols;
   Grid grid;
   int period = 0;
   int groups = 0;
   std::vector<int> offsets;
 
-  int length() const { return axis == Axis::cols ? grid.cols : grid.rows; }
-  int width() const { return axis == Axis::cols ? grid.rows : grid.cols; }
+  int length() const { return axis == CombAxis::cols ? grid.cols : grid.rows; }
+  int width() const { return axis == CombAxis::cols ? grid.rows : grid.cols; }
   Pattern pattern(int offset) const;
 };
 
@@ -29,10 +29,10 @@ struct Comb {
 /// to four pixels from the border. The period is a quarter of the axis, at least 16 pixels. No two pairs of
 /// stripes have the same distance. If the axis is too short, the last stripe is omitted. Nothing if the axis
 /// has fewer than four pixels.
-std::optional<Comb> make_comb(Axis axis, Grid grid);
+std::optional<Comb> make_comb(CombAxis axis, Grid grid);
 
 /// Light of all channels and its variance.
-struct Light {
+struct CombLight {
   double value = 0;
   double variance = 0;
   double pixels = 0;  ///< on the grid, including invalid ones
@@ -41,12 +41,12 @@ struct Light {
 /// The light of a photograph at this offset from the start of every group, as far as it lies on the grid.
 /// Invalid pixels count as the mean of the others, because omitting them would break the symmetry of T. Each
 /// of them adds the scatter of the others to the variance.
-Light light_at(const Radiance& photograph, const Comb& comb, int offset);
+CombLight light_at(const Radiance& photograph, const Comb& comb, int offset);
 
 /// The direct light of a comb: the light within three pixels of its stripes, minus the smooth light there.
 /// The smooth light is that at 3.5 pixels, on the darker side. For light spread as k(d), a shift by m moves
 /// Σ_{|d| ≤ 3} d (k(d + m) − k(d)) ≈ −m Σ_{|d| ≤ 3} (k(d) − k(3.5)).
-Light direct_light(const Radiance& photograph, const Comb& comb, int offset);
+CombLight direct_light(const Radiance& photograph, const Comb& comb, int offset);
 
 /// The share of the light within three pixels of the stripes that direct_light subtracts.
 double smooth_share(const Radiance& photograph, const Comb& comb, int offset);

@@ -71,14 +71,14 @@ class BorderPixels {
       : surface_(surface), pixels_(pixels), axis_(axis), camera_(pixels.camera()), blur_(blur) {}
 
   /// What a point of the picture is to the axis.
-  struct Place {
+  struct PointOnAxis {
     double here;   ///< where it looks [cells]
     double width;  ///< of a pixel along the axis [cells]
     int border;    ///< the nearest one
     /// Part of a pixel in the middle of which the point lies is across the border.
     bool crossed() const { return 2 * std::abs(here - border) < width; }
   };
-  Place place(Point at) const;
+  PointOnAxis place(Point at) const;
 
   /// A pixel's light from the second cell of a border less that from the first one, as a share of both: −1 or
   /// 1 if it sees one of them only, and a little beyond that by noise.
@@ -89,7 +89,7 @@ class BorderPixels {
     double sharp;
   };
   /// nullopt: no pattern has this border, or the neighbours do not tell.
-  std::optional<Balance> balance(int row, int col, const Place& border) const;
+  std::optional<Balance> balance(int row, int col, const PointOnAxis& border) const;
 
   /// The share of a pixel's light that comes from the first of the cells that it sees along the axis. 1 if it
   /// sees one of them; kUnknownShare if the stripes do not tell.
@@ -100,7 +100,7 @@ class BorderPixels {
     return static_cast<std::size_t>(std::int64_t{row} * camera_.cols + col);
   }
   std::optional<std::size_t> clear_neighbour(int row, int col, bool by_rows, int step,
-                                             const Place& border) const;
+                                             const PointOnAxis& border) const;
 
   const SplineSurface& surface_;
   const StripePixels& pixels_;

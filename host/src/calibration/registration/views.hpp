@@ -72,7 +72,7 @@ class ViewByView {
     Radiance photograph;
   };
   /// What was seen of one view.
-  struct Seen {
+  struct SeenView {
     std::optional<Radiance> whole;
     std::optional<Photographed> last;
   };
@@ -81,7 +81,7 @@ class ViewByView {
   Result<Radiance> measure_view(const Pattern& pattern, std::size_t view);
 
   Probe& rig_;
-  std::vector<Seen> seen_;
+  std::vector<SeenView> seen_;
 };
 
 }  // namespace symrig::calibration

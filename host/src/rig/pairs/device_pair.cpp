@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera and a projector behind a socket.
 
-#include "image/size_text.hpp"
-#include "rig/pairs/device_words.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "symrig/base/text.hpp"
+#include "symrig/image/internal/size_text.hpp"
 #include "symrig/rig/internal/client_talk.hpp"
 #include "symrig/rig/pair_link.hpp"
 

@@ -3,7 +3,7 @@
 
 #include "sim/drawn/survey.hpp"
 #include "sim/light/transport.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <cstdint>
 #include <span>

@@ -3,8 +3,8 @@
 
 #include "sim/light/exchange.hpp"
 #include "sim/light/transport.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The structures that list the chunks of a dataset.
-#include "tensor/h5_reader/layout.hpp"
-#include "tensor/h5_reader/new_trees.hpp"
-#include "tensor/h5_reader/old_trees.hpp"
+#include "tensor/h5_reader/dataset.hpp"
+#include "tensor/h5_reader/trees.hpp"
 
 #include <algorithm>
 #include <bit>

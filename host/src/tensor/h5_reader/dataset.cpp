@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace symrig::tensor::h5 {
-
 namespace {
 
 /// The value of places that were never written. Messages differ in what comes before its size.
