@@ -158,7 +158,8 @@ def tables(board):
         stamps = {i: f'{"PIO" if line.get("stamp") == "pio" else "interrupt"}, {stamp_ticks(board, line) * ns:.0f} ns' for i, line in lines}
         usual_stamp = statistics.mode(stamps.values())
         usual_boot = statistics.mode(line["boot"] for _, line in lines)
-        pins += [f'**{"Outputs" if output else "Inputs"}.** Stamps: by {usual_stamp}. While booting: {usual_boot}. Exceptions are in brackets.', ""]
+        head = "Outputs" if output else "Inputs"
+        pins += [f"**{head}.** Stamps: by {usual_stamp}. While booting: {usual_boot}. Exceptions are in brackets.", ""]
         for i, line in lines:
             more = [stamps[i]] if stamps[i] != usual_stamp else []
             more += [f'waits: {", ".join(line["waits"])}'] if line.get("waits") else []
