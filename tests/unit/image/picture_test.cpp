@@ -69,7 +69,6 @@ TEST(ToGray, WeighsLuminance) {
 }  // namespace symrig::resample_test
 
 namespace symrig::outline_test {
-
 namespace {
 
 double total(const std::vector<Overlap>& overlaps) {

@@ -1,18 +1,144 @@
 // SPDX-License-Identifier: Apache-2.0
-// A target error chooses the tolerance, and a forecast says what it will take.
+#include "acquisition/search/forecasts.hpp"
+
 #include "acquisition/search/tolerance.hpp"
 #include "broken_off.hpp"
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+namespace symrig::acquisition::search_forecast_test {
+namespace {
+
+constexpr double kDirect = 0.05;
+
+/// The plan looks at `children`: they have to outlive it.
+LevelPlan plan(int level, std::int64_t planned, std::span<const double> children, std::int64_t before = 0) {
+  return {.level = level, .planned = planned, .before = before, .children = children};
+}
+
+TEST(SearchForecast, nothing_is_known_before_level_1_and_where_blocks_share_nothing) {
+  const std::vector<double> children(6, 4.0);
+  EXPECT_FALSE(forecast_later(plan(0, 4, children)).known());
+  EXPECT_TRUE(forecast_later(plan(1, 16, children)).known());
+  EXPECT_FALSE(forecast_later(plan(3, 256, children)).known());  // every block by itself
+  EXPECT_FALSE(forecast_later(plan(6, 40, children)).known());
+  EXPECT_FALSE(forecast_later({}).known());
+}
+
+TEST(SearchForecast, after_the_last_level_only_the_direct_light_is_left) {
+  const std::vector<double> children(6, 4.0);
+  LevelPlan last = plan(5, 64, children, 44);
+  last.taken = 200;
+  last.direct_share = kDirect;
+  EXPECT_EQ(forecast_later(last).least, 0);
+  EXPECT_EQ(forecast_later(last).most, 10);
+}
+
+TEST(SearchForecast, blocks_of_few_pixels_have_fewer_children_to_light) {
+  const std::vector<double> all_four(6, 4.0), near_pixels{4, 4, 4, 4, 3, 1.25};
+  const auto whole = forecast_later(plan(3, 40, all_four, 40));
+  const auto few = forecast_later(plan(3, 40, near_pixels, 40));
+  EXPECT_LT(few.least, whole.least);
+  EXPECT_LT(few.most, whole.most);
+  EXPECT_GT(few.least, 0);
+}
+
+// A growth that was seen to be small narrows what may come; a large one does not widen it for ever.
+TEST(SearchForecast, learns_from_the_level_before) {
+  const std::vector<double> children(8, 4.0);
+  const auto calm = forecast_later(plan(4, 40, children, 40));
+  const auto steep = forecast_later(plan(4, 40, children, 10));
+  EXPECT_EQ(calm.least, steep.least);
+  EXPECT_LT(calm.most, steep.most);
+}
+
+}  // namespace
+
+}  // namespace symrig::acquisition::search_forecast_test
+
+namespace symrig::foretold_captures_test {
+
+// Captures on the rig's own clock, which is the same on every machine: what is told of the time to go holds.
+
+namespace {
+
+struct Moment {
+  double at;
+  std::optional<double> left;
+  std::string stage;
+};
+
+/// Every moment at which progress was told.
+std::vector<Moment> captured(const std::string& uri, Algorithm algorithm) {
+  auto rig = open_virtual_rig(uri);
+  EXPECT_TRUE(rig.ok()) << uri;
+  if (!rig) return {};
+  CaptureOptions options;
+  options.algorithm = algorithm;
+  options.rule = default_rule(algorithm);
+  options.economy = default_economy(algorithm);
+  TimeToGo to_go;
+  std::vector<Moment> moments;
+  options.progress = [&](const ProgressEvent& event) {
+    const double at = (*rig)->cost().rig_seconds;
+    to_go.report(event, at);
+    moments.push_back({at, to_go.seconds(), std::string(event.stage)});
+    return true;
+  };
+  const auto result = capture(**rig, options);
+  EXPECT_TRUE(result.ok()) << uri;
+  moments.push_back({(*rig)->cost().rig_seconds, {}, "end"});
+  return moments;
+}
+
+struct Case {
+  const char* uri;
+  Algorithm algorithm = Algorithm::symrig;
+};
+
+class Foretold : public ::testing::TestWithParam<Case> {};
+
+TEST_P(Foretold, is_right_within_a_factor_of_two_after_a_tenth) {
+  const std::vector<Moment> moments = captured(GetParam().uri, GetParam().algorithm);
+  ASSERT_GT(moments.size(), 4U);
+  const double end = moments.back().at;
+  int told = 0;
+  for (const Moment& moment : moments) {
+    if (moment.at < 0.1 * end || !moment.left) continue;
+    ++told;
+    EXPECT_GE(*moment.left, 0.5 * (end - moment.at)) << moment.stage << " at " << moment.at << " of " << end;
+    EXPECT_LE(*moment.left, 2.0 * (end - moment.at)) << moment.stage << " at " << moment.at << " of " << end;
+  }
+  EXPECT_GT(told, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Captures, Foretold,
+    ::testing::Values(Case{"sim:gummy?size=40x40&seed=5"}, Case{"sim:vgroove-textured?size=48x32&seed=6"},
+                      Case{"sim:occluder?size=32x48&seed=7"}, Case{"sim:vgroove-mixed?size=50x39&noise=off"},
+                      Case{"sim:mirror?size=32x32&seed=9"}, Case{"sim:views2?size=40x48&seed=4"},
+                      Case{"sim:gummy?size=32x32&seed=8", Algorithm::paper},
+                      Case{"sim:gummy?size=16x24&seed=8", Algorithm::brute}),
+    [](const auto& one) { return "case_" + std::to_string(one.index); });
+
+}  // namespace
+
+}  // namespace symrig::foretold_captures_test
+
 namespace symrig::target_test {
+
+// A target error chooses the tolerance, and a forecast says what it will take.
+
 namespace {
 
 using acquisition::TargetTolerance;
@@ -194,4 +320,5 @@ TEST(Forecast, is_never_above_a_budget) {
 }
 
 }  // namespace
+
 }  // namespace symrig::target_test
