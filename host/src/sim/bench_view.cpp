@@ -92,7 +92,7 @@ class PixelWeights {
   Grid camera_, points_;
 };
 
-class BenchView final : public View {
+class BenchView final : public CameraView {
  public:
   BenchView(const SceneUri& uri, std::shared_ptr<const Scene> points)
       : uri_(with_camera(uri)),
@@ -227,7 +227,7 @@ Image<float> BenchView::see(const Image<float>& light, std::uint64_t shown_befor
 
 }  // namespace
 
-std::unique_ptr<const View> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points) {
+std::unique_ptr<const CameraView> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points) {
   return std::make_unique<BenchView>(uri, std::move(points));
 }
 

@@ -107,7 +107,7 @@ std::uint64_t noise_of(const SceneUri& uri) {
 
 }  // namespace
 
-ImageFormation::ImageFormation(const SceneUri& uri, const View& view)
+ImageFormation::ImageFormation(const SceneUri& uri, const CameraView& view)
     : view_(view),
       cells_(uri.size),
       gamma_(uri.gamma),

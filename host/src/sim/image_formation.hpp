@@ -66,7 +66,7 @@ class ImageFormation {
   };
 
   /// view must outlive this object.
-  ImageFormation(const SceneUri& uri, const View& view);
+  ImageFormation(const SceneUri& uri, const CameraView& view);
 
   /// Radiance on the sensor while a pattern is lit: lamp · flare(shift(see(p) + see(black))).
   /// shown_before: number of patterns shown before, for the drift of the lamp.
@@ -91,7 +91,7 @@ class ImageFormation {
  private:
   Image<float> projected(const Image<float>& pattern) const;
 
-  const View& view_;
+  const CameraView& view_;
   Grid cells_;
   double gamma_;
   float black_;

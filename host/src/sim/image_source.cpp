@@ -14,7 +14,7 @@
 
 namespace symrig::sim {
 
-LocalImages::LocalImages(const SceneUri& uri, const View& view, const Tile& tile)
+LocalImages::LocalImages(const SceneUri& uri, const CameraView& view, const Tile& tile)
     : noisy_(uri.camera_noise), formation_(uri, view), camera_(view.camera()), tile_(tile) {}
 
 CameraFrame LocalImages::frame(const LitExposure& exposure,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a simulated pair knows of the scene, and the request "develop" to one, as bytes (docs/pair-protocol.md).
+// What a simulated pair knows of the scene, and the request "develop" to one, as bytes
+// (docs/pair-protocol.md).
 #pragma once
 
 #include "sim/image_source.hpp"

@@ -296,10 +296,6 @@ constexpr auto kNames = [] {
 
 }  // namespace
 
-std::span<const SceneRow> scene_table() {
-  return kScenes;
-}
-
 const SceneRow* find_scene(std::string_view name) {
   const auto* row =
       std::find_if(kScenes.begin(), kScenes.end(), [name](const SceneRow& one) { return one.name == name; });

@@ -38,9 +38,6 @@ struct SceneRow {
   ViewLayout views = {};  ///< coaxial views that tile its grid
 };
 
-/// All scenes.
-std::span<const SceneRow> scene_table();
-
 /// The scene of that name. nullptr: none has it.
 const SceneRow* find_scene(std::string_view name);
 

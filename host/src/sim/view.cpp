@@ -59,7 +59,7 @@ Point BenchMap::seen_at(Point q) const {
 namespace {
 
 /// A camera that shares the projector's cells: see = T light.
-class CoaxialView final : public View {
+class CoaxialView final : public CameraView {
  public:
   explicit CoaxialView(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {}
   Grid camera() const override { return scene_->grid(); }
@@ -120,7 +120,7 @@ Image<float> spread(const Image<float>& one, int channels) {
 }
 
 /// c / p with mean log 0. weights: of the exact map.
-Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weights) {
+Result<Image<float>> gain_ratio(const sim::CameraView& view, const CellWeights& weights) {
   SYMRIG_TRY(const Radiance camera, weights.gather(exact(spread(view.camera_gain(), weights.channels()))));
   Image<float> gain = view.projector_gain();
   double sum = 0;

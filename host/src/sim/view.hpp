@@ -43,12 +43,12 @@ class BenchMap {
 
 /// What the camera sees of the light that the projector sends, without noise. Linear in the light.
 /// Thread-safe.
-class View {
+class CameraView {
  public:
-  View() = default;
-  View(const View&) = delete;
-  View& operator=(const View&) = delete;
-  virtual ~View() = default;
+  CameraView() = default;
+  CameraView(const CameraView&) = delete;
+  CameraView& operator=(const CameraView&) = delete;
+  virtual ~CameraView() = default;
 
   /// The camera's grid.
   virtual Grid camera() const = 0;
@@ -75,7 +75,7 @@ bool is_bench(const SceneUri& uri);
 /// A simulated bench.
 struct Bench {
   std::shared_ptr<const Scene> truth;  ///< make_scene(): T of the ideal coaxial rig
-  std::unique_ptr<const View> view;
+  std::unique_ptr<const CameraView> view;
 };
 /// fails: as make_scene.
 Result<Bench> make_bench(const SceneUri& uri);
@@ -87,6 +87,6 @@ Result<Bench> make_bench(const SceneUri& uri);
 /// U: the light of a cell falls on all of its points. P, C: vignetting. G_p, G_c: defocus of projector and
 /// camera. S: the scene. A: each camera pixel averages the points inside its outline (BenchMap), and
 /// those inside the outline of its ghost. Points outside the picture are dark.
-std::unique_ptr<const View> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points);
+std::unique_ptr<const CameraView> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points);
 
 }  // namespace symrig::sim

@@ -23,9 +23,6 @@ namespace symrig {
 /// projector's refresh and the camera's readout. The link owns all of it.
 std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring);
 
-/// The board's self-description, for compiling and linting without a board.
-Result<BoardInfo> sim_board_info();
-
 }  // namespace symrig
 
 namespace symrig::board_sim {

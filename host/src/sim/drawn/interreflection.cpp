@@ -266,10 +266,4 @@ void Interreflection::apply(Bounce bounce, std::span<const float> in, std::span<
   }
 }
 
-std::size_t Interreflection::couplings() const {
-  std::size_t sum = 0;
-  for (const Level& level : levels_) sum += level.other.size();
-  return sum;
-}
-
 }  // namespace symrig::sim::drawn

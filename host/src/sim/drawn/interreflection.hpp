@@ -79,7 +79,6 @@ class Interreflection {
   void apply(Bounce bounce, std::span<const float> in, std::span<float> out) const;
   bool glossy() const { return glossy_; }
   bool empty() const { return levels_.empty(); }
-  std::size_t couplings() const;
 
  private:
   /// The entries of K_l above its diagonal, row by row.

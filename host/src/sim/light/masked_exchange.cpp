@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "sim/light/exchange.hpp"
-#include "sim/light/lane_fft.hpp"
 
 #include <algorithm>
 #include <bit>
