@@ -25,6 +25,17 @@ void EnergySums::add(std::size_t pixel, double e, double y, double of_model, dou
   ++samples_;
 }
 
+// How much Σ (error − ratio · signal) would differ with other random patterns, from one set of
+// photographs. Let d_B be the part of the sum in block B, n the number of blocks of a level, and m the mean
+// of d_B. If the blocks were independent, the delete-one jackknife of the sum would be
+//
+//   Var = n / (n − 1) · Σ_B (d_B − m)² = n / (n − 1) · (Σ d_B² − n m²)
+//
+// Pixels are not independent: a leaf that is wrong is wrong on a whole block, whose pixels then move
+// together. So blocks must be as large as what is wrong, and that is not known. But blocks that are too
+// small only give too little variance. Steps: running sums over tree order, in which each block is a
+// range; the jackknife of each level with at least 16 blocks, and of the last level; the largest of them,
+// and the doubt of what add_error() added.
 double EnergySums::scatter(const BlockTree& tree, double ratio) const {
   constexpr std::size_t kFewestBlocks = 16;
   std::vector<double> before(error_at_.size() + 1);

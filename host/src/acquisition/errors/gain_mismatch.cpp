@@ -96,6 +96,21 @@ void GainEvidence::add(const NodeLevel& level) {
   nodes_ += nodes.size();
 }
 
+// Each pair says log(Σc / Σr) = slope · x + error, x: the shapes and the veil (GainEvidence). x minimises
+//
+//   Σ_pairs ρ((log ratio − slope · x) / σ) + Σ_unknowns (x / prior)²,   σ² = variance + misfit²
+//
+// ρ: Tukey's biweight [Beaton74], by iterated least squares. The prior keeps what no pair tells at 0.
+//
+// 1. What is left of each pair at x. Its robust spread is the misfit: the light that a leaf's photographs
+//    hold beside the pair's own. It is never below kLeastMisfit.
+// 2. Weights w = biweight / σ². Normal equations N = Σ w slope slope' + prior, right side Σ w left slope.
+// 3. x moves by N⁻¹ right; eight rounds are enough.
+// 4. Covariance of x: N⁻¹ S N⁻¹ with S = Σ_nodes g g', g = Σ_channels w left slope. The nodes' own
+//    scatter counts here, not the stated variance, and the channels of a node err together. It counts
+//    twice: parents and children show the same light.
+// 5. The mismatch is the rms of shape · x over the pixels, its sigma that of the covariance in the same
+//    sum. The veil is fitted, so that it is not taken for a shape; it is no part of the mismatch.
 GainMismatch GainEvidence::fit() const {
   using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
   using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;

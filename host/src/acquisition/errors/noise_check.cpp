@@ -213,6 +213,19 @@ void FloodNoise::add(const TreePhotograph& photograph) {
   before_ = std::move(flood);
 }
 
+// Three sums that noise alone explains, each Σ difference² / Σ stated variance, 1 if all is as stated:
+// 1. Neighbours in time: a flood-lit photograph less g times the one before. g, by least squares, takes
+//    out the lamp. It tells whether photographs scatter as they state (variance_ratio). Noise that all of
+//    them share is in both and cancels.
+// 2. Parts and whole: half + other half less g times the mean of the flood-lit ones. Light adds up, and
+//    so does noise that is shared: twice in the sum, once in the mean. So this one shows it
+//    (shared_ratio). The same with other patterns that add up to all pixels (besides.parts); the larger
+//    ratio counts.
+// 3. Light between two pixels and back, after brute force: T_ij − T_ji (besides.mirrored), in place of 1
+//    where there is such light.
+// Neighbours in space: the correlation of standardised differences of pixels side by side; 0 is as it
+// should be. A finding needs both: far off (the kGross values), and off beyond chance (six standard
+// deviations; that of a ratio of n samples is √(2/n)).
 NoiseCheck FloodNoise::judge(const TreePhotograph* half, const TreePhotograph* other,
                              const NoiseEvidence& besides) && {
   NoiseCheck check;

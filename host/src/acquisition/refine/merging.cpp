@@ -207,6 +207,18 @@ void NeighbouringLeaves::append_rank(const Rectangle& r, std::span<const Core> c
   }
 }
 
+// T on the rectangle is Σ_pieces a b' of blocks that touch. The best leaf of rank k is its k largest
+// singular values (Eckart and Young), but its pixels are many. So:
+// 1. Once for a pair of parents (make_basis): the factors of all pieces on one child are A = Q R. Then
+//    T_ab = Q_a K_ab Q_b' with K_ab = R_a R_b', a few rows and columns. Q keeps lengths: |T_ab| = |K_ab|.
+// 2. `core`: the K of a rectangle, put together from its children. Q' 1 of each child stands beside it,
+//    because the light of a child block is T 1 = Q K Q' 1.
+// 3. `decompose`: the leading eigenvectors of K K' or K' K, the smaller one. Cutting to rank k loses
+//    K − W W' K.
+// 4. The least k for which what is lost keeps the two bounds of merge_leaves (good), and which takes
+//    fewer bytes than the pieces. If there is none, the pieces stay.
+// 5. The factors, back in pixels: Q W and Q K' W (append_rank). W is orthonormal, so no weights are
+//    needed.
 std::optional<Merged> NeighbouringLeaves::merge(const Rectangle& r, double allowed) {
   std::int64_t before = 0;
   for (const Piece& p : pieces_)

@@ -258,7 +258,21 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   return prior;
 }
 
-/// T_UU of a channel, from photographs of patterns. number: of the channel.
+// T_UU of a channel, from photographs of patterns. number: of the channel. L: pixels that were lit alone,
+// U: the others. Of T, only T_UU is not known, and each photograph y of a pattern p shows on U
+//
+//   y_U = T_UL p_L + T_UU p_U     so that, over all photographs,     P_U E = R − P_U X
+//
+// X: what is expected of T_UU (Prior), E: how far T_UU lies from it, R = Y_U − P_L T_LU.
+//
+// 1. X: what the search knew, or 0 where the pixels lit alone say that it knew nothing. The diagonal: the
+//    mean of the direct light of L.
+// 2. R and its variance: that of y, that of the subtracted entries of T_LU, and the rounding of y.
+// 3. Weights of prior: 1 over the mean square that T_LU lies from X, within what numbers can hold.
+// 4. E minimises Σ (P_U E − R)² / Var + Σ E² / prior over symmetric E: conjugate gradients on the normal
+//    equations (Symmetric). The prior decides what the patterns leave open: of rank r they leave
+//    (m − r)(m − r + 1) / 2 numbers.
+// 5. T_UU = X + E. Its entries count as sure as the surest sample, so that none is gated away as noise.
 void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others,
                           const Work& work) const {
   const Prior prior = prior_of(channels_[number]);

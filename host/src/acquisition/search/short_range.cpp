@@ -115,7 +115,22 @@ NodeLevel& first_open(std::vector<NodeLevel>& open) {
 
 }  // namespace
 
-/// Entry T_ij for every pixel i and every lit pixel j of its comb, from the photographs of all combs.
+// Light that goes p pixels at most is a band of T: T_ij = 0 unless i and j are within p rows and p
+// columns. Comb (y, x) lights the pixels with row ≡ y and column ≡ x modulo 2p + 1. So a camera pixel i
+// has at most one lit pixel j of each comb within reach, and the photograph of the comb shows the entry
+// itself:
+//
+//   photograph_comb(j) (i) = T_ij
+//
+// This is the colouring of [Garg06 §5.2] where any two pixels up to 2p rows and columns apart conflict.
+// (2p + 1)² of them conflict with each other, so no fewer photographs will do. Steps:
+// 1. The patterns of the (2p + 1)² combs, each a list of single pixels, and their photographs.
+// 2. From each photograph, what is known of T by now is subtracted: the rest belongs to the band.
+// 3. T_ij of each unordered pair: the mean of pixel i of j's comb and pixel j of i's comb. Both show it,
+//    because T is symmetric, and the mean has half the variance. For i = j that is one
+//    photograph, of its own comb.
+// 4. The entries go into a band of this radius, which needs no index (KnownTransport::begin_band).
+// The check photographs decide whether the light does end at p (settle).
 Result<void> ShortRange::add_band(int radius) {
   const Grid grid = facts_.tree.grid();
   const int step = 2 * radius + 1;
