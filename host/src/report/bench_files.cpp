@@ -84,7 +84,7 @@ Json capture_json(const BenchPlan& plan, const BenchCapture& c) {
   return json;
 }
 
-Json reading_json(const Reading& reading) {
+Json reading_json(const CurveReading& reading) {
   return {{"ratio", reading.reached() ? Json(reading.value) : Json(nullptr)},
           {"reach", reach_name(reading.reach)}};
 }

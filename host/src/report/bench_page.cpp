@@ -222,7 +222,7 @@ std::string tiles(const BenchRun& run, const std::vector<BenchSummary>& summarie
 
 std::vector<std::string> scene_cells(const BenchSummary& s, const std::string& scene) {
   const std::vector<BenchPair> pairs = pairs_of(s, scene);
-  const auto cell = [&pairs](Reading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
+  const auto cell = [&pairs](CurveReading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
   const FloodBias* bias = report::flood_of_symrig(s, scene);
   double patterns = 0;
   for (const BenchPair& pair : pairs) patterns += pair.paper_patterns / static_cast<double>(pairs.size());

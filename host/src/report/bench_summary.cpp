@@ -33,7 +33,7 @@ std::vector<CostError> lower_envelope(std::vector<CostError> captures) {
   return envelope;
 }
 
-Reading cost_at_error(std::span<const CostError> envelope, double error) {
+CurveReading cost_at_error(std::span<const CostError> envelope, double error) {
   if (envelope.empty() || !(error >= envelope.back().error)) return {};
   if (error > envelope.front().error) return {Reach::at_most, envelope.front().cost};
   const auto hit = std::find_if(envelope.begin(), envelope.end(),
@@ -44,7 +44,7 @@ Reading cost_at_error(std::span<const CostError> envelope, double error) {
   return {Reach::read, on_log_line(error, before.error, before.cost, hit->error, hit->cost)};
 }
 
-Reading error_at_cost(std::span<const CostError> envelope, double cost) {
+CurveReading error_at_cost(std::span<const CostError> envelope, double cost) {
   if (envelope.empty() || !(cost >= envelope.front().cost)) return {};
   if (cost > envelope.back().cost) return {Reach::at_most, envelope.back().error};
   const auto hit =
@@ -55,13 +55,13 @@ Reading error_at_cost(std::span<const CostError> envelope, double cost) {
   return {Reach::read, on_log_line(cost, before.cost, before.error, hit->cost, hit->error)};
 }
 
-Reading ratio(const Reading& value, double reference) {
+CurveReading ratio(const CurveReading& value, double reference) {
   if (!value.reached()) return {};
   if (reference > 0) return {value.reach, value.value / reference};
-  return value.value == 0 ? Reading{value.reach, 1} : Reading{};
+  return value.value == 0 ? CurveReading{value.reach, 1} : CurveReading{};
 }
 
-Reading larger(const Reading& a, const Reading& b) {
+CurveReading larger(const CurveReading& a, const CurveReading& b) {
   if (!a.reached() || !b.reached()) return {};
   if (a.value != b.value) return a.value > b.value ? a : b;
   return a.reach == Reach::read ? a : b;
@@ -72,10 +72,10 @@ Reach MeanRatio::reach() const {
   return bounds > 0 || zero > 0 ? Reach::at_most : Reach::read;
 }
 
-MeanRatio geometric_mean(std::span<const Reading> ratios) {
+MeanRatio geometric_mean(std::span<const CurveReading> ratios) {
   MeanRatio mean;
   double logs = 0;
-  for (const Reading& one : ratios) {
+  for (const CurveReading& one : ratios) {
     if (!one.reached()) {
       ++mean.not_reached;
     } else if (one.value <= 0) {
@@ -195,8 +195,8 @@ std::vector<BenchPair> pairs_of(const BenchSummary& summary, const std::string& 
   return found;
 }
 
-MeanRatio mean_of(const std::vector<BenchPair>& pairs, Reading BenchPair::*reading) {
-  std::vector<Reading> readings;
+MeanRatio mean_of(const std::vector<BenchPair>& pairs, CurveReading BenchPair::*reading) {
+  std::vector<CurveReading> readings;
   readings.reserve(pairs.size());
   for (const BenchPair& pair : pairs) readings.push_back(pair.*reading);
   return geometric_mean(readings);

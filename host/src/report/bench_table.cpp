@@ -18,7 +18,7 @@ std::string with_reach(Reach reach, double value) {
 
 }  // namespace
 
-std::string ratio_text(const Reading& reading) {
+std::string ratio_text(const CurveReading& reading) {
   return reading.reached() ? with_reach(reading.reach, reading.value) : "-";
 }
 
@@ -63,7 +63,7 @@ constexpr const char* kSummaryRow = "  {:<18}{:>13}{:>14}{:>13}{:>13}{:>14}{:>15
 
 std::string scene_row(const BenchSummary& summary, const std::string& scene) {
   const std::vector<BenchPair> pairs = pairs_of(summary, scene);
-  const auto cell = [&pairs](Reading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
+  const auto cell = [&pairs](CurveReading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
   const FloodBias* bias = report::flood_of_symrig(summary, scene);
   return fmt::format(kSummaryRow, scene, cell(&BenchPair::patterns_at_indirect),
                      cell(&BenchPair::patterns_at_bar_indirect), cell(&BenchPair::patterns_at_both),

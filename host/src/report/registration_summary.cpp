@@ -127,18 +127,12 @@ std::string shape_text(const MapShape& shape) {
       shape.shift.col, shape.parallax.range);
 }
 
-}  // namespace
-
-std::string registration_text(const RegistrationSummary& summary) {
+std::string map_lines(const Registration& r) {
   using text::grouped, text::percent;
-  const Registration& r = summary.registration;
-  const CellWeights& weights = summary.weights;
-  std::string lines = fmt::format("{}: {} photographs, camera {}, {} cells\n", r.rig, r.photographs,
-                                  to_string(r.camera()), to_string(r.cells));
+  std::string lines;
   for (std::size_t k = 0; k < r.maps.size(); ++k) {
     const CameraMap& map = r.maps[k];
     const std::string name = r.maps.size() > 1 ? fmt::format("map of channel {}", k) : "map";
-    if (r.shift) break;  // no edges were looked for: told below
     lines +=
         map.edges() == 0
             ? fmt::format("{}: error {:.4f} cells along an axis, from the decoded pixels\n", name,
@@ -148,6 +142,18 @@ std::string registration_text(const RegistrationSummary& summary) {
                   "(depth edges, mirrors)\n",
                   name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
   }
+  return lines;
+}
+
+}  // namespace
+
+std::string registration_text(const RegistrationSummary& summary) {
+  using text::grouped, text::percent;
+  const Registration& r = summary.registration;
+  const CellWeights& weights = summary.weights;
+  std::string lines = fmt::format("{}: {} photographs, camera {}, {} cells\n", r.rig, r.photographs,
+                                  to_string(r.camera()), to_string(r.cells));
+  if (!r.shift) lines += map_lines(r);  // else no edges were looked for: told below
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
                        grouped(static_cast<double>(r.cells.size())));

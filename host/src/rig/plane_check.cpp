@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "rig/plane_check.hpp"
-
 #include "rig/bracket_taker.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/rig/rig.hpp"

@@ -4,7 +4,6 @@
 
 #include "symrig/viewer/live.hpp"
 #include "viewer/pack.hpp"
-#include "viewer/page_bytes.hpp"
 #include "viewer/page_tensor.hpp"
 #include "viewer/page_text.hpp"
 #include "viewer/service.hpp"

@@ -84,7 +84,7 @@ void expect_points(const std::vector<CostError>& points, const std::vector<CostE
   }
 }
 
-void expect_reading(const Reading& reading, Reach reach, double value) {
+void expect_reading(const CurveReading& reading, Reach reach, double value) {
   EXPECT_EQ(reading.reach, reach);
   EXPECT_NEAR(reading.value, value, kRounding * value);
 }
@@ -158,7 +158,7 @@ TEST(ErrorAtCost, is_the_same_line_read_the_other_way) {
   const std::vector<CostError> curve{{100, 0.1}, {400, 0.001}};
   expect_reading(error_at_cost(curve, 200), Reach::read, 0.01);
   expect_reading(error_at_cost(curve, 400), Reach::read, 0.001);
-  const Reading cost = cost_at_error(curve, 0.0123);
+  const CurveReading cost = cost_at_error(curve, 0.0123);
   expect_reading(error_at_cost(curve, cost.value), Reach::read, 0.0123);
 }
 
@@ -195,15 +195,15 @@ TEST(Larger, is_what_satisfies_both) {
 
 // √(0.25 · 4) = 1, ∛(0.1 · 0.01 · 1) = 0.1.
 TEST(GeometricMean, is_the_root_of_the_product) {
-  const std::vector<Reading> two{{Reach::read, 0.25}, {Reach::read, 4}};
+  const std::vector<CurveReading> two{{Reach::read, 0.25}, {Reach::read, 4}};
   EXPECT_NEAR(geometric_mean(two).value, 1, kRounding);
   EXPECT_EQ(geometric_mean(two).reach(), Reach::read);
-  const std::vector<Reading> three{{Reach::read, 0.1}, {Reach::read, 0.01}, {Reach::read, 1}};
+  const std::vector<CurveReading> three{{Reach::read, 0.1}, {Reach::read, 0.01}, {Reach::read, 1}};
   EXPECT_NEAR(geometric_mean(three).value, 0.1, kRounding);
 }
 
 TEST(GeometricMean, says_what_it_leaves_out) {
-  const std::vector<Reading> ratios{{Reach::read, 0.25}, {Reach::at_most, 4}, {}, {Reach::read, 0}};
+  const std::vector<CurveReading> ratios{{Reach::read, 0.25}, {Reach::at_most, 4}, {}, {Reach::read, 0}};
   const MeanRatio mean = geometric_mean(ratios);
   EXPECT_NEAR(mean.value, 1, kRounding);
   EXPECT_EQ(mean.averaged, 2);
@@ -214,7 +214,7 @@ TEST(GeometricMean, says_what_it_leaves_out) {
 }
 
 TEST(GeometricMean, of_bounds_is_a_bound_and_of_nothing_is_nothing) {
-  const std::vector<Reading> bounds{{Reach::at_most, 0.5}, {Reach::read, 0.5}};
+  const std::vector<CurveReading> bounds{{Reach::at_most, 0.5}, {Reach::read, 0.5}};
   EXPECT_EQ(geometric_mean(bounds).reach(), Reach::at_most);
   EXPECT_EQ(geometric_mean({}).reach(), Reach::not_reached);
   EXPECT_EQ(geometric_mean({}).value, 0);

@@ -270,7 +270,7 @@ namespace {
 
 constexpr double kRounding = 1e-12;
 
-void expect_reading(const Reading& reading, Reach reach, double value) {
+void expect_reading(const CurveReading& reading, Reach reach, double value) {
   EXPECT_EQ(reading.reach, reach);
   EXPECT_NEAR(reading.value, value, kRounding);
 }

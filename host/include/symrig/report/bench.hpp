@@ -146,7 +146,7 @@ enum class Reach : std::uint8_t {
   not_reached,  ///< no capture of the sweep reaches it
 };
 
-struct Reading {
+struct CurveReading {
   Reach reach = Reach::not_reached;
   double value = 0;  ///< 0 where not reached
 
@@ -162,17 +162,17 @@ std::vector<CostError> lower_envelope(std::vector<CostError> captures);
 /// The cost at which an envelope reaches `error`, by linear interpolation of log cost over log error. at_most
 /// if the cheapest capture already has a smaller error. A capture with error 0 has no logarithm: between it
 /// and its neighbour the result is its own cost, as at_most.
-Reading cost_at_error(std::span<const CostError> envelope, double error);
+CurveReading cost_at_error(std::span<const CostError> envelope, double error);
 
 /// The error of an envelope at `cost`, by the same interpolation: not_reached below the cheapest capture,
 /// at_most beyond the most expensive one.
-Reading error_at_cost(std::span<const CostError> envelope, double cost);
+CurveReading error_at_cost(std::span<const CostError> envelope, double cost);
 
 /// value / reference. Two exact results (0 / 0) are equally good: 1. Not reached if only the reference is 0.
-Reading ratio(const Reading& value, double reference);
+CurveReading ratio(const CurveReading& value, double reference);
 
 /// The larger of two readings: the cost that satisfies both.
-Reading larger(const Reading& a, const Reading& b);
+CurveReading larger(const CurveReading& a, const CurveReading& b);
 
 /// Geometric mean of ratios. Ratios that were not reached, and zeros, are counted instead of averaged, so
 /// that the mean does not hide them.
@@ -185,7 +185,7 @@ struct MeanRatio {
 
   Reach reach() const;  ///< not_reached if a ratio that would increase the mean is missing
 };
-MeanRatio geometric_mean(std::span<const Reading> ratios);
+MeanRatio geometric_mean(std::span<const CurveReading> ratios);
 
 /// `symrig` against `paper` on one scene and seed. The reference is `paper` at its default tolerance. It is
 /// compared with the lower envelope of symrig's captures of the same scene, size and seed.
@@ -195,9 +195,9 @@ struct BenchPair {
   double paper_patterns = 0;
   TransportErrors paper_error;
   // symrig's patterns / paper's, at paper's error:
-  Reading patterns_at_indirect, patterns_at_bar_indirect, patterns_at_both;
+  CurveReading patterns_at_indirect, patterns_at_bar_indirect, patterns_at_both;
   // symrig's error / paper's, at paper's patterns:
-  Reading indirect_at_patterns, frobenius_at_patterns;
+  CurveReading indirect_at_patterns, frobenius_at_patterns;
 };
 
 /// flood / frobenius over the captures of one algorithm on one scene: a bias under all-positive light, which
@@ -225,6 +225,6 @@ std::vector<BenchSummary> summarize(const BenchRun& run);
 /// The pairs of one scene.
 std::vector<BenchPair> pairs_of(const BenchSummary& summary, const std::string& scene);
 /// Geometric mean of one reading over the pairs.
-MeanRatio mean_of(const std::vector<BenchPair>& pairs, Reading BenchPair::*reading);
+MeanRatio mean_of(const std::vector<BenchPair>& pairs, CurveReading BenchPair::*reading);
 
 }  // namespace symrig

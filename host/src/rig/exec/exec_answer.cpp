@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include "rig/exec/exec_answer.hpp"
-
 #include "symrig/base/text.hpp"
 #include "symrig/rig/exec_probe.hpp"
 #include "symrig/rig/internal/received_photograph.hpp"

@@ -2,7 +2,6 @@
 #include "symrig/rig/exec_probe.hpp"
 
 #include "rig/exec/child_talk.hpp"
-#include "rig/exec/exec_answer.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/base/time.hpp"
 #include "symrig/rig/internal/received_photograph.hpp"

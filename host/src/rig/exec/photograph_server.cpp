@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/exec/exec_answer.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/board/internal/links.hpp"
 #include "symrig/rig/exec_probe.hpp"
 #include "symrig/rig/internal/client_talk.hpp"
+#include "symrig/rig/internal/received_photograph.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera and a projector of another computer.
-#include "rig/pairs/device_words.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/rig/pair_link.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "symrig/rig/pair_link.hpp"
 
-#include "rig/pairs/pair_proof.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/base/time.hpp"

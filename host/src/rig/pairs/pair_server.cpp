@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/pairs/pair_proof.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "symrig/base/text.hpp"
 #include "symrig/board/internal/links.hpp"
 #include "symrig/rig/internal/client_talk.hpp"

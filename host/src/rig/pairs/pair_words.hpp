@@ -2,6 +2,7 @@
 // What a pair of devices states of itself, and the sizes that its protocol allows.
 #pragma once
 
+#include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/pair_link.hpp"
@@ -14,6 +15,28 @@
 #include <vector>
 
 namespace symrig::rig {
+
+// The words of the greeting (docs/pair-protocol.md).
+inline constexpr std::string_view kPairGreeting = "symrig-pair 1";
+inline constexpr std::size_t kLongestPairLine = 1024;
+inline constexpr std::size_t kProofDigits = 64;  // 32 bytes in hexadecimal
+
+/// Whose proof it is. So a host's proof is none of a pair's, and cannot be sent back.
+enum class Prover : bool { host, pair };
+
+/// 32 random bytes in hexadecimal, never the same again.
+/// fails: io (the system gives no random bytes).
+Result<std::string> random_challenge();
+
+/// HMAC-SHA-256 over the protocol, the prover, the pair's challenge and the host's, in hexadecimal.
+std::string proof_of(std::string_view secret, Prover prover, std::string_view of_pair,
+                     std::string_view of_host);
+
+/// Takes as long whichever digit differs.
+bool same_proof(std::string_view one, std::string_view other);
+
+/// 64 digits of a hexadecimal number in lower case.
+bool is_challenge(std::string_view text);
 
 inline constexpr std::size_t kMostLoaded = 4096;                          // patterns of one load
 inline constexpr std::int64_t kLargestPairImage = std::int64_t{1} << 28;  // values of a pattern or a frame
