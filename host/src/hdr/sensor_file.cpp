@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The legal range of a value.
-struct Range {
+struct LegalRange {
   double low, high;
 };
 
@@ -26,7 +26,7 @@ class Reader {
  public:
   Reader(const fs::path& path, const toml::table& table) : path_(path), table_(table) {}
 
-  double number(std::string_view key, Range range, std::optional<double> otherwise = {}) {
+  double number(std::string_view key, LegalRange range, std::optional<double> otherwise = {}) {
     const toml::node* node = table_.get(key);
     if (node == nullptr && otherwise) return *otherwise;
     const auto value = node != nullptr ? node->value<double>() : std::nullopt;

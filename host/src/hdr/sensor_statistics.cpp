@@ -23,13 +23,13 @@ std::size_t index(Grid grid, int row, int col) {
 }
 
 /// Samples of one tile: pixels of both frames that are not flagged and not near saturation.
-struct Tile {
+struct TileSamples {
   std::vector<double> a, b;
 };
 
-Tile tile_at(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, int row, int col,
-             double pedestal) {
-  Tile tile;
+TileSamples tile_at(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, int row, int col,
+                    double pedestal) {
+  TileSamples tile;
   for (int y = row; y < std::min(row + kTile, grid.rows); ++y)
     for (int x = col; x < std::min(col + kTile, grid.cols); ++x) {
       const std::size_t i = index(grid, y, x);
@@ -170,7 +170,7 @@ void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_ou
                          double saturation, std::vector<TransferPoint>& points) {
   for (int row = 0; row < grid.rows; row += kTile)
     for (int col = 0; col < grid.cols; col += kTile) {
-      const Tile tile = tile_at(a, b, left_out, grid, row, col, pedestal);
+      const TileSamples tile = tile_at(a, b, left_out, grid, row, col, pedestal);
       if (static_cast<double>(tile.a.size()) < kFewest) continue;
       const double brightest = std::max(*std::max_element(tile.a.begin(), tile.a.end()),
                                         *std::max_element(tile.b.begin(), tile.b.end()));

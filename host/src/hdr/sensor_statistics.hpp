@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/hdr/internal/clipping.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/image/grid.hpp"
 
@@ -10,8 +11,6 @@
 #include <vector>
 
 namespace symrig::hdr {
-
-using Codes = std::span<const std::uint16_t>;
 
 /// Per-pixel mean and variance (n − 1) of frames.
 struct PixelMoments {

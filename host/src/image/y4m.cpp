@@ -81,15 +81,15 @@ std::optional<Colours> colours_of(std::string_view text) {
   return Colours{*sampling, static_cast<int>(*bits)};
 }
 
-struct Header {
+struct Y4mHeader {
   Grid grid;
   FrameRate rate;
   Colours colours;
   bool full_range = false;
 };
 
-Result<Header> header_of(std::string_view line, const std::string& name) {
-  Header header;
+Result<Y4mHeader> header_of(std::string_view line, const std::string& name) {
+  Y4mHeader header;
   std::int64_t rows = 0, cols = 0;
   line.remove_prefix(kMagic.size());
   while (!line.empty()) {
@@ -121,7 +121,7 @@ Result<Header> header_of(std::string_view line, const std::string& name) {
   return header;
 }
 
-std::uint64_t frame_bytes(const Header& header) {
+std::uint64_t frame_bytes(const Y4mHeader& header) {
   const auto up = [](int side, int by) { return static_cast<std::uint64_t>((side + by - 1) / by); };
   const Sampling& sampling = header.colours.sampling;
   const std::uint64_t chroma =
@@ -183,7 +183,7 @@ Result<Y4mReader> Y4mReader::open(const std::filesystem::path& path) {
     return damaged_film(film.name_, "is not a YUV4MPEG2 film");
   if (first.ends_with('\r'))
     return damaged_film(film.name_, "its first line ends in CR LF; a copy as text changes line ends");
-  SYMRIG_TRY(const Header header, header_of(first, film.name_));
+  SYMRIG_TRY(const Y4mHeader header, header_of(first, film.name_));
   film.grid_ = header.grid;
   film.rate_ = header.rate;
   film.bits_ = header.colours.bits;

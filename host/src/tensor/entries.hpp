@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single entries of T: the diagonal, which holds the direct light, and the others.
+// The parts of T beside the low-rank leaves: single entries (the diagonal, which holds the direct light, and
+// others), bands, and leaves without light.
 #pragma once
 
 #include "symrig/tensor/internal/half.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of docs/file-format.md for leaves.
+// The low-rank leaves of a scene.h5: the rules of docs/file-format.md for them, and those that stay in their
+// file.
 #pragma once
 
 #include "tensor/leaf_parts.hpp"

@@ -104,7 +104,7 @@ namespace {
 
 using acquisition::Budget;
 using acquisition::Photographer;
-using acquisition::SceneFacts;
+using acquisition::SearchFacts;
 using acquisition::Sparseness;
 
 class WrongLeaves : public testing::Test {
@@ -113,7 +113,7 @@ class WrongLeaves : public testing::Test {
   bool brute_force_takes_over(const Sparseness::Missed& before, double of_all_after_a_level) {
     const BlockTree tree(grid_);
     const CaptureSettings settings = *settings_of({});
-    const SceneFacts facts{settings, tree, 1, {1.0}};
+    const SearchFacts facts{settings, tree, 1, {1.0}};
     tests::DenseProbe probe(scene_);
     const Photographer photographer(probe, nullptr, tree, {});
     Budget budget(settings, grid_.size(), photographer);

@@ -4,7 +4,7 @@
 
 #include "acquisition/tree/known_transport.hpp"
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "dense_scene.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
@@ -48,7 +48,7 @@ struct Workbench {
   LoggedProbe logged;
   acquisition::Photographer photographer;
   acquisition::KnownTransport known;
-  acquisition::SceneFacts facts;
+  acquisition::SearchFacts facts;
 };
 
 /// Runs the default capture.

@@ -127,9 +127,9 @@ std::vector<Side> neighbours() {
 }
 
 /// What one K finds.
-class Search {
+class SideSearch {
  public:
-  Search(const Image<float>& residual, const Image<float>& z) : z_(z), sums_(residual) {
+  SideSearch(const Image<float>& residual, const Image<float>& z) : z_(z), sums_(residual) {
     for (const float v : z.values()) lit_ += v != 0 ? 1 : 0;
   }
   OneSided with(const Side& s) const {
@@ -159,7 +159,7 @@ class Search {
 }  // namespace
 
 OneSided one_sided(const Image<float>& residual, const Image<float>& z) {
-  const Search search(residual, z);
+  const SideSearch search(residual, z);
   OneSided near;  // neighbours have nothing in common: what they find adds up
   for (const Side& s : neighbours()) {
     const OneSided one = search.with(s);

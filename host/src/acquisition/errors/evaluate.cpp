@@ -97,9 +97,9 @@ using Seen = std::vector<char>;  ///< camera pixels that count; empty = all
 /// What a photograph should be, with its variance.
 using Truth = std::function<Result<Radiance>(const Image<float>& pattern)>;
 
-class Comparison {
+class TruthComparison {
  public:
-  Comparison(const TransportOperator& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
+  TruthComparison(const TransportOperator& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
 
   /// Adds ‖T̃p − Tp‖² and ‖Tp‖² over the pixels of each mask.
   Result<void> add(const Image<float>& pattern,
@@ -225,7 +225,7 @@ Told told(const std::vector<Squares>& probes) {
   return {all.relative(), 2 * (1 + 1.2 / (n - 1)) * std::sqrt(variance) + noise_width(all)};
 }
 
-Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const Comparison& compare,
+Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const TruthComparison& compare,
                                   const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const std::size_t pixels = grid.size();
@@ -271,14 +271,14 @@ Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const Compari
 Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, const TrueTransport& truth,
                                      const EvaluateOptions& options) {
   const Image<float> natural = natural_pattern(tensor.projector_grid(), options.seed + 2);
-  return compare_all(tensor, Comparison(tensor, exactly(truth)), natural, options);
+  return compare_all(tensor, TruthComparison(tensor, exactly(truth)), natural, options);
 }
 
 Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, Probe& probe,
                                      const EvaluateOptions& options, const Progress& progress) {
   const Image<float> natural = cut_at_median(natural_pattern(tensor.projector_grid(), options.seed + 2));
   const std::int64_t photographs = std::int64_t{4} * options.probes + 4;
-  return compare_all(tensor, Comparison(tensor, photographed(probe, progress, photographs)), natural,
+  return compare_all(tensor, TruthComparison(tensor, photographed(probe, progress, photographs)), natural,
                      options);
 }
 

@@ -15,8 +15,8 @@
 
 namespace symrig::acquisition {
 
-NeighbouringLeaves::NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known,
-                                       const Parents& parents, std::span<const Piece> pieces)
+NeighbouringLeaves::NeighbouringLeaves(const SearchFacts& facts, const KnownTransport& known,
+                                       const Parents& parents, std::span<const LeafPiece> pieces)
     : parents_(parents),
       flood_squared_(facts.flood_squared),
       channels_(facts.channels),
@@ -38,9 +38,9 @@ const Block& NeighbouringLeaves::child(Side side, int k) const {
 /// The factors of all pieces on one child, side by side.
 NeighbouringLeaves::Matrix NeighbouringLeaves::gather(const KnownTransport& known, int channel, Side side,
                                                       int k) {
-  std::vector<Piece*> there;
+  std::vector<LeafPiece*> there;
   int columns = 0;
-  for (Piece& piece : pieces_) {
+  for (LeafPiece& piece : pieces_) {
     if ((side == kRow ? piece.row_child : piece.col_child) != k) continue;
     (side == kRow ? piece.row_column : piece.col_column) = columns;
     columns += piece.rank;
@@ -49,7 +49,7 @@ NeighbouringLeaves::Matrix NeighbouringLeaves::gather(const KnownTransport& know
   const std::int32_t pixels = child(side, k).size();
   Matrix factors(pixels, columns);
   Eigen::Index column = 0;
-  for (const Piece* piece : there) {
+  for (const LeafPiece* piece : there) {
     const std::int64_t offset =
         channel * (std::int64_t{piece->rows()} + piece->cols()) + (side == kRow ? 0 : piece->rows());
     const auto leaves = known.leaves().subspan(piece->first, piece->rank);
@@ -102,7 +102,7 @@ NeighbouringLeaves::Core NeighbouringLeaves::core(const Rectangle& r, int channe
             sums(channel, kCol, r.col_first, r.col_last),
             {},
             row_at.back() <= col_at.back()};
-  for (const Piece& piece : pieces_) {
+  for (const LeafPiece& piece : pieces_) {
     if (!r.holds(piece)) continue;
     const Matrix& a = basis(channel, kRow, piece.row_child).coordinates;
     const Matrix& b = basis(channel, kCol, piece.col_child).coordinates;
@@ -129,7 +129,7 @@ NeighbouringLeaves::Matrix NeighbouringLeaves::Core::lost(int rank) const {
 
 /// The noise that a merge takes out of the images of its pieces. They see as many lit children as the
 /// rectangle has on the other side. Of these, rank k keeps k directions.
-double NeighbouringLeaves::lost_noise(const Piece& piece, const Rectangle& r, double samples) const {
+double NeighbouringLeaves::lost_noise(const LeafPiece& piece, const Rectangle& r, double samples) const {
   const auto lost = [&](int children) {
     return std::max(0.0, 1 - piece.rank / static_cast<double>(children));
   };
@@ -138,7 +138,7 @@ double NeighbouringLeaves::lost_noise(const Piece& piece, const Rectangle& r, do
 }
 
 /// The two bounds of merge_leaves for a rank.
-bool NeighbouringLeaves::good(std::span<const Core> cores, const Piece& piece, const Rectangle& r,
+bool NeighbouringLeaves::good(std::span<const Core> cores, const LeafPiece& piece, const Rectangle& r,
                               double allowed) const {
   double images = 0;
   double all = 0;
@@ -158,7 +158,7 @@ bool NeighbouringLeaves::good(std::span<const Core> cores, const Piece& piece, c
 
 /// What a leaf takes in a finished tensor: its range, and for each rank two columns of halves, their places
 /// and their weights.
-std::int64_t NeighbouringLeaves::bytes(const Piece& piece) const {
+std::int64_t NeighbouringLeaves::bytes(const LeafPiece& piece) const {
   const std::int64_t a_rank =
       2 * sizeof(std::uint32_t) +
       channels_ * (std::int64_t{sizeof(float)} + 2 * (std::int64_t{piece.rows()} + piece.cols()));
@@ -182,7 +182,7 @@ Merged NeighbouringLeaves::outline(const Rectangle& r) const {
   Merged merged;
   merged.piece = {child(kRow, r.row_first).begin, child(kRow, r.row_last - 1).end,
                   child(kCol, r.col_first).begin, child(kCol, r.col_last - 1).end};
-  for (const Piece& p : pieces_) {
+  for (const LeafPiece& p : pieces_) {
     if (!r.holds(p)) continue;
     merged.piece.noise += p.noise;
     for (int rank = 0; rank < p.rank; ++rank) merged.replaces.push_back(p.first + rank);
@@ -221,10 +221,10 @@ void NeighbouringLeaves::append_rank(const Rectangle& r, std::span<const Core> c
 //    needed.
 std::optional<Merged> NeighbouringLeaves::merge(const Rectangle& r, double allowed) {
   std::int64_t before = 0;
-  for (const Piece& p : pieces_)
+  for (const LeafPiece& p : pieces_)
     if (r.holds(p)) before += bytes(p);
   Merged merged = outline(r);
-  Piece& piece = merged.piece;
+  LeafPiece& piece = merged.piece;
   if (bytes(piece) >= before) return {};
   std::vector<Core> cores;
   for (int channel = 0; channel < channels_; ++channel) {
@@ -235,7 +235,7 @@ std::optional<Merged> NeighbouringLeaves::merge(const Rectangle& r, double allow
   if (piece.rank > most_ || bytes(piece) >= before) return {};
   for (int rank = 0; rank < piece.rank; ++rank) append_rank(r, cores, rank, merged.factors);
   piece.noise = 0;
-  std::erase_if(pieces_, [&](const Piece& p) { return r.holds(p); });
+  std::erase_if(pieces_, [&](const LeafPiece& p) { return r.holds(p); });
   return merged;
 }
 
@@ -264,19 +264,19 @@ std::vector<Rectangle> rectangles() {
 struct Family {
   const Block* row;
   const Block* col;
-  std::vector<Piece> pieces;
+  std::vector<LeafPiece> pieces;
   std::vector<Merged> merged;  ///< what some of them became
 
   bool diagonal() const { return row == col; }
-  bool fills(const Piece& piece) const {
+  bool fills(const LeafPiece& piece) const {
     return piece.row_begin == row->begin && piece.row_end == row->end && piece.col_begin == col->begin &&
            piece.col_end == col->end;
   }
 };
 
 /// All leaves but those of a block with itself, by level.
-std::vector<std::vector<Piece>> pieces(const SceneFacts& facts, const KnownTransport& known) {
-  std::vector<std::vector<Piece>> at_level(facts.tree.levels());
+std::vector<std::vector<LeafPiece>> pieces(const SearchFacts& facts, const KnownTransport& known) {
+  std::vector<std::vector<LeafPiece>> at_level(facts.tree.levels());
   const auto leaves = known.leaves();
   for (std::int32_t n = 0; n < std::ssize(leaves); ++n) {
     const KnownLeaf& leaf = leaves[n];
@@ -289,14 +289,14 @@ std::vector<std::vector<Piece>> pieces(const SceneFacts& facts, const KnownTrans
 }
 
 /// Leaves grouped by their parents' pair, in tree order.
-std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tree, int level) {
+std::vector<Family> families(std::span<const LeafPiece> pieces, const BlockTree& tree, int level) {
   struct Member {
     std::int32_t row, col;
-    Piece piece;
+    LeafPiece piece;
   };
   std::vector<Member> members;
   const auto parents = tree.level(level - 1);
-  for (Piece piece : pieces) {
+  for (LeafPiece piece : pieces) {
     const std::int32_t row = tree.block_at(level - 1, piece.row_begin);
     const std::int32_t col = tree.block_at(level - 1, piece.col_begin);
     piece.row_child = tree.block_at(level, piece.row_begin) - parents[row].first_child;
@@ -318,7 +318,7 @@ std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tre
 }
 
 /// Merges the largest rectangles that can be.
-void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
+void merge(Family& family, const SearchFacts& facts, const KnownTransport& known,
            std::span<const Block> children) {
   static const std::vector<Rectangle> all = rectangles();
   if (family.pieces.size() < 2) return;
@@ -335,9 +335,9 @@ void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
 }
 
 /// A leaf of rank k is k leaves of rank 1 on one range.
-Piece store(KnownTransport& known, const Merged& merged, int level) {
+LeafPiece store(KnownTransport& known, const Merged& merged, int level) {
   for (const std::int32_t leaf : merged.replaces) known.remove_leaf(leaf);
-  Piece piece = merged.piece;
+  LeafPiece piece = merged.piece;
   const std::size_t size = merged.factors.size() / static_cast<std::size_t>(piece.rank);
   for (int k = 0; k < piece.rank; ++k) {
     const auto factors = std::span(merged.factors).subspan(static_cast<std::size_t>(k) * size, size);
@@ -353,9 +353,9 @@ Piece store(KnownTransport& known, const Merged& merged, int level) {
 
 }  // namespace
 
-void merge_leaves(const SceneFacts& facts, KnownTransport& known) {
+void merge_leaves(const SearchFacts& facts, KnownTransport& known) {
   if (facts.options.economy.rank < 2) return;
-  std::vector<std::vector<Piece>> at_level = pieces(facts, known);
+  std::vector<std::vector<LeafPiece>> at_level = pieces(facts, known);
   for (int level = facts.tree.levels() - 1; level > 0; --level) {
     auto grouped = families(at_level[level], facts.tree, level);
     tbb::parallel_for(std::size_t{0}, grouped.size(),
@@ -363,7 +363,7 @@ void merge_leaves(const SceneFacts& facts, KnownTransport& known) {
     for (const Family& family : grouped) {
       for (const Merged& merged : family.merged) {
         const bool whole = family.fills(merged.piece);
-        const Piece piece = store(known, merged, whole ? level - 1 : level);
+        const LeafPiece piece = store(known, merged, whole ? level - 1 : level);
         if (whole) at_level[static_cast<std::size_t>(level) - 1].push_back(piece);
       }
     }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/tree/known_transport.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -15,7 +15,7 @@
 namespace symrig::acquisition {
 
 /// A leaf of any rank: `rank` leaves of rank 1 from number `first` on.
-struct Piece {
+struct LeafPiece {
   std::int32_t row_begin = 0, row_end = 0;
   std::int32_t col_begin = 0, col_end = 0;
   std::int32_t first = 0;
@@ -35,7 +35,7 @@ struct Rectangle {
   int col_first = 0, col_last = 0;
 
   int pairs() const { return std::max(0, row_last - row_first) * std::max(0, col_last - col_first); }
-  bool holds(const Piece& piece) const {
+  bool holds(const LeafPiece& piece) const {
     return piece.row_child >= row_first && piece.row_child < row_last && piece.col_child >= col_first &&
            piece.col_child < col_last;
   }
@@ -46,7 +46,7 @@ struct Rectangle {
 
 /// One leaf for several.
 struct Merged {
-  Piece piece;                         ///< without a number
+  LeafPiece piece;                     ///< without a number
   std::vector<std::int32_t> replaces;  ///< leaves of rank 1
   std::vector<float> factors;          ///< rank after rank as KnownTransport::add_leaf takes them
 };
@@ -60,8 +60,8 @@ class NeighbouringLeaves {
     const Block& col;
     std::span<const Block> children;  ///< all blocks of their level
   };
-  NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
-                     std::span<const Piece> pieces);
+  NeighbouringLeaves(const SearchFacts& facts, const KnownTransport& known, const Parents& parents,
+                     std::span<const LeafPiece> pieces);
 
   /// One leaf for those of a rectangle; it replaces its pieces. Its rank is the lowest that stays within the
   /// mean square `allowed`, in units of F² (see merge_leaves). None if it would save no bytes.
@@ -101,9 +101,9 @@ class NeighbouringLeaves {
   /// Q_1 x_1 above Q_2 x_2 and so on: a column of coordinates as pixels.
   void append_pixels(const Rectangle& r, int channel, Side side, const Eigen::VectorXd& x,
                      std::vector<float>& out) const;
-  double lost_noise(const Piece& piece, const Rectangle& r, double samples) const;
-  bool good(std::span<const Core> cores, const Piece& piece, const Rectangle& r, double allowed) const;
-  std::int64_t bytes(const Piece& piece) const;
+  double lost_noise(const LeafPiece& piece, const Rectangle& r, double samples) const;
+  bool good(std::span<const Core> cores, const LeafPiece& piece, const Rectangle& r, double allowed) const;
+  std::int64_t bytes(const LeafPiece& piece) const;
   Merged outline(const Rectangle& r) const;
   void append_rank(const Rectangle& r, std::span<const Core> cores, int rank, std::vector<float>& out) const;
 
@@ -112,7 +112,7 @@ class NeighbouringLeaves {
   int channels_;
   int most_;  ///< rank
   double sigmas_;
-  std::vector<Piece> pieces_;
+  std::vector<LeafPiece> pieces_;
   std::vector<Basis> bases_;
 };
 
@@ -129,6 +129,6 @@ class NeighbouringLeaves {
 /// the noise that cutting to rank k takes out of the images of the pieces, so that no rank is spent on it.
 /// The channels share k, since they share a leaf's index, and sum their E and L. Leaves of a block with
 /// itself and scalars stay. Bit-equal for any number of threads.
-void merge_leaves(const SceneFacts& facts, KnownTransport& known);
+void merge_leaves(const SearchFacts& facts, KnownTransport& known);
 
 }  // namespace symrig::acquisition

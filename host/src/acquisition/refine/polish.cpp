@@ -121,7 +121,7 @@ const PolishTeam& alone() {
 
 }  // namespace
 
-Polish::Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+Polish::Polish(const SearchFacts& facts, const Photographer& photographer, KnownTransport& known,
                std::vector<LogRange> photographs, std::vector<double> misfit)
     : Polish(
           alone(), std::span(&known, 1), photographer,

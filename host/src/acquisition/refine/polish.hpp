@@ -4,7 +4,7 @@
 #include "acquisition/refine/polish_jacobian.hpp"
 #include "acquisition/tree/known_transport.hpp"
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/base/result.hpp"
 
 #include <cmath>
@@ -80,7 +80,7 @@ class PolishTeam {
 class Polish {
  public:
   /// misfit: mean square a sample may miss, a channel.
-  Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+  Polish(const SearchFacts& facts, const Photographer& photographer, KnownTransport& known,
          std::vector<LogRange> photographs, std::vector<double> misfit);
   /// parts: those of T that this process has. pixels: of the grid. All must outlive this.
   struct Photographs {

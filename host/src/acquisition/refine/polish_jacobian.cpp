@@ -63,9 +63,9 @@ Sixteen leverage(const float* v, const float* pattern, std::size_t n) {
 }
 
 /// Terms of the sums for one factor, added up together.
-class Sums {
+class TermSums {
  public:
-  Sums(float* to, std::size_t n) : to_(to), n_(n) {}
+  TermSums(float* to, std::size_t n) : to_(to), n_(n) {}
   void add(const float* samples, const Sixteen& weight) {
     terms_[count_++] = {samples, weight};
     if (count_ == terms_.size()) finish();
@@ -217,8 +217,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
                             PolishNumbers& gradient) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
-    Sums of_a(&gradient[at.a], at.rows);
-    Sums of_b(&gradient[at.b], at.cols);
+    TermSums of_a(&gradient[at.a], at.rows);
+    TermSums of_b(&gradient[at.b], at.cols);
     for (std::size_t k = 0; k < batches.size(); ++k) {
       const LitSides lit(batches[k], leaf);
       const float* const p = batches[k].pattern.data();
@@ -260,8 +260,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
 void PolishJacobian::add_diagonal(std::span<const PolishBatch> batches, PolishNumbers& diagonal) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
-    Sums of_a(&diagonal[at.a], at.rows);
-    Sums of_b(&diagonal[at.b], at.cols);
+    TermSums of_a(&diagonal[at.a], at.rows);
+    TermSums of_b(&diagonal[at.b], at.cols);
     for (const PolishBatch& batch : batches) {
       const LitSides lit(batch, leaf);
       const float* const p = batch.pattern.data();

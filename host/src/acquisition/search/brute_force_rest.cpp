@@ -110,13 +110,13 @@ class Symmetric {
 };
 
 /// An entry of T as one photograph shows it, or two.
-struct Reading {
+struct EntryReading {
   double value = 0, variance = 0;
   bool measured = false;
 };
 
 /// Two readings of one entry: their mean weighted by inverse variance.
-Reading both(const Reading& a, const Reading& b) {
+EntryReading both(const EntryReading& a, const EntryReading& b) {
   if (!a.measured || !b.measured) return a.measured ? a : b;
   const double sum = a.variance + b.variance;
   const double weight = sum > 0 ? b.variance / sum : 0.5;
@@ -145,7 +145,7 @@ std::int64_t BruteForceRest::bytes(std::int64_t pixels, int channels) {
   return pixels * pixels * kEach * channels;
 }
 
-Result<BruteForceRest> BruteForceRest::take(const SceneFacts& facts, Photographer& photographer,
+Result<BruteForceRest> BruteForceRest::take(const SearchFacts& facts, Photographer& photographer,
                                             const TransportTensor& known) {
   BruteForceRest all;
   all.pixels_ = facts.tree.order().size();
@@ -218,12 +218,12 @@ void BruteForceRest::mirror(Channel& channel) const {
   const auto reading = [&channel](std::size_t at) {
     const float variance = channel.variance[at];
     const bool measured = !std::isnan(variance);
-    return Reading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
-                   measured};
+    return EntryReading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
+                        measured};
   };
   for (std::size_t i = 0; i < pixels_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
-      const Reading entry = both(reading(at(i, j)), reading(at(j, i)));
+      const EntryReading entry = both(reading(at(i, j)), reading(at(j, i)));
       if (!entry.measured) continue;
       channel.value[at(i, j)] = channel.value[at(j, i)] = static_cast<float>(entry.value);
       channel.variance[at(i, j)] = channel.variance[at(j, i)] = static_cast<float>(entry.variance);

@@ -3,7 +3,7 @@
 
 #include "acquisition/errors/noise_check.hpp"
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -26,7 +26,7 @@ class BruteForceRest {
   static std::int64_t bytes(std::int64_t pixels, int channels);
 
   /// Takes the photographs of single pixels. known: what the search knew.  fails: as Photographer::take.
-  static Result<BruteForceRest> take(const SceneFacts& facts, Photographer& photographer,
+  static Result<BruteForceRest> take(const SearchFacts& facts, Photographer& photographer,
                                      const TransportTensor& known);
 
   /// The photographs of single pixels against each other: T_ij − T_ji.

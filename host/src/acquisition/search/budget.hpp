@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 
 #include <algorithm>
@@ -75,7 +75,7 @@ class Budget {
 /// (docs/research/not-data-sparse.md).
 class Sparseness {
  public:
-  Sparseness(const SceneFacts& facts, const Photographer& photographer, const Budget& budget)
+  Sparseness(const SearchFacts& facts, const Photographer& photographer, const Budget& budget)
       : facts_(facts), photographer_(photographer), budget_(budget) {}
 
   /// Adds what the tests of a level found.
@@ -112,7 +112,7 @@ class Sparseness {
   bool misses_little_of_all() const;
   bool doubt(std::string reason, std::int64_t forecast);
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   const Photographer& photographer_;
   const Budget& budget_;
   std::vector<LevelEvidence> evidence_;

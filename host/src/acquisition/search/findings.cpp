@@ -9,7 +9,7 @@ namespace {
 /// Of a sample, for Work: the noise is taken out of it.
 constexpr std::int64_t kAssumeOperations = 8;
 
-void assume_pairs(const SceneFacts& facts, Findings& found) {
+void assume_pairs(const SearchFacts& facts, Findings& found) {
   Tally tally(facts.options.work);
   for (const NodeLevel& level : found.open)
     for (const Node& node : level.nodes()) {
@@ -20,7 +20,7 @@ void assume_pairs(const SceneFacts& facts, Findings& found) {
     }
 }
 
-void assume_diagonal(const SceneFacts& facts, Findings& found, bool direct) {
+void assume_diagonal(const SearchFacts& facts, Findings& found, bool direct) {
   for (const NodeLevel& level : found.open)
     for (const Node& node : level.nodes()) {
       if (!node.diagonal()) continue;
@@ -33,7 +33,7 @@ void assume_diagonal(const SceneFacts& facts, Findings& found, bool direct) {
 
 }  // namespace
 
-Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& checks) {
+Assumption better_assumption(const SearchFacts& facts, Findings& found, Checks& checks) {
   KnownTransport& known = found.known;
   checks.residuals(known);
   const KnownTransport::Mark searched = known.mark();
@@ -54,7 +54,7 @@ Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& c
   return best;
 }
 
-TensorBuilder assumed_draft(const SceneFacts& facts, Findings& found, bool direct) {
+TensorBuilder assumed_draft(const SearchFacts& facts, Findings& found, bool direct) {
   const KnownTransport::Mark searched = found.known.mark();
   assume_pairs(facts, found);
   assume_diagonal(facts, found, direct);
@@ -63,7 +63,7 @@ TensorBuilder assumed_draft(const SceneFacts& facts, Findings& found, bool direc
   return draft;
 }
 
-void accept_open(const SceneFacts& facts, Findings& found, Checks* checks) {
+void accept_open(const SearchFacts& facts, Findings& found, Checks* checks) {
   const bool direct = checks == nullptr || better_assumption(facts, found, *checks).direct;
   assume_pairs(facts, found);
   assume_diagonal(facts, found, direct);

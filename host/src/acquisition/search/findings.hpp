@@ -8,7 +8,7 @@
 #include "acquisition/tree/known_transport.hpp"
 #include "acquisition/tree/node.hpp"
 #include "acquisition/tree/rank_test.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace symrig::acquisition {
 
 /// What a search has found so far.
 struct Findings {
-  explicit Findings(const SceneFacts& facts)
+  explicit Findings(const SearchFacts& facts)
       : known(facts.tree, facts.channels, facts.options.work),
         decay(facts.options.economy.decay),
         gain(facts.tree) {
@@ -42,7 +42,7 @@ struct Findings {
                        [](const NodeLevel& level) { return !level.nodes().empty(); });
   }
   /// No node is unknown any more.
-  void close_all(const SceneFacts& facts) {
+  void close_all(const SearchFacts& facts) {
     for (NodeLevel& level : open) level = NodeLevel(facts.tree, level.level(), facts.channels);
   }
 };
@@ -57,12 +57,12 @@ struct Assumption {
 };
 
 /// The assumption that the checks contradict less. Changes nothing that is known.
-Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& checks);
+Assumption better_assumption(const SearchFacts& facts, Findings& found, Checks& checks);
 
 /// The tensor with all unknown nodes as assumed. Changes nothing that is known.
-TensorBuilder assumed_draft(const SceneFacts& facts, Findings& found, bool direct);
+TensorBuilder assumed_draft(const SearchFacts& facts, Findings& found, bool direct);
 
 /// Stores all unknown nodes as assumed. checks: may be nullptr; then blocks with themselves are direct light.
-void accept_open(const SceneFacts& facts, Findings& found, Checks* checks);
+void accept_open(const SearchFacts& facts, Findings& found, Checks* checks);
 
 }  // namespace symrig::acquisition

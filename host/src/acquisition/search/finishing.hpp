@@ -25,7 +25,7 @@ Result<void> estimate_finished(const TransportTensor& tensor, const Photographer
 class Finishing {
  public:
   /// checks: may be nullptr. No refit uses their photographs.
-  Finishing(const SceneFacts& facts, Photographer& photographer, Findings& found, Checks* checks)
+  Finishing(const SearchFacts& facts, Photographer& photographer, Findings& found, Checks* checks)
       : facts_(facts), photographer_(photographer), found_(found), checks_(checks) {}
 
   /// Takes flood-lit photographs against the noise of the direct light, as many as Economy::direct_share
@@ -54,7 +54,7 @@ class Finishing {
   std::vector<double> least_misfit() const;
   int polish_steps() const;
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   Photographer& photographer_;
   Findings& found_;
   Checks* checks_;

@@ -172,7 +172,7 @@ namespace {
 constexpr double kFewestMore = 4;
 
 /// I² of the channel that has most.
-double light_between_pixels(const SceneFacts& facts, Checks& checks, const KnownTransport& nothing) {
+double light_between_pixels(const SearchFacts& facts, Checks& checks, const KnownTransport& nothing) {
   const std::vector<double> dark = Checks::misfit_of_half(checks.residuals(nothing));
   double most = 0;
   for (std::size_t channel = 0; channel < dark.size(); ++channel)
@@ -182,14 +182,14 @@ double light_between_pixels(const SceneFacts& facts, Checks& checks, const Known
 }
 
 /// Of the whole capture, without budgets.
-double photographs_needed(const SceneFacts& facts, double light_squared) {
+double photographs_needed(const SearchFacts& facts, double light_squared) {
   const auto pixels = static_cast<double>(facts.tree.grid().size());
   return 3.7 * std::pow(pixels, 1.0 / 4) * std::pow(light_squared / facts.tolerance(), 1.0 / 6);
 }
 
 }  // namespace
 
-CaptureForecast forecast_capture(const SceneFacts& facts, Checks& checks, const KnownTransport& nothing,
+CaptureForecast forecast_capture(const SearchFacts& facts, Checks& checks, const KnownTransport& nothing,
                                  const SpentBefore& spent) {
   const CaptureSettings& options = facts.options;
   const auto taken = static_cast<double>(spent.photographs);

@@ -3,7 +3,7 @@
 
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
@@ -95,7 +95,7 @@ struct SpentBefore {
 /// Found on 28 scenes (`random` 1 to 20 and eight named ones), 32x32 to 128x128, τ from 1.5e-4 to 3e-3
 /// (docs/research/error-per-second.md has how often it is right). The search's photographs take as long as
 /// the checks: they too have some pixels lit.
-CaptureForecast forecast_capture(const SceneFacts& facts, Checks& checks, const KnownTransport& nothing,
+CaptureForecast forecast_capture(const SearchFacts& facts, Checks& checks, const KnownTransport& nothing,
                                  const SpentBefore& spent);
 
 }  // namespace symrig::acquisition

@@ -36,7 +36,7 @@ constexpr std::size_t kEndless = std::size_t{1} << 40;
 class Hierarchy {
  public:
   /// checks: of a search before this one, if there was one.
-  Hierarchy(SceneFacts& facts, Photographer& photographer, const FloodLit& flood,
+  Hierarchy(SearchFacts& facts, Photographer& photographer, const FloodLit& flood,
             std::optional<Checks> checks)
       : facts_(facts), photographer_(photographer), flood_(flood), checks_(std::move(checks)) {}
 
@@ -65,7 +65,7 @@ class Hierarchy {
   const CaptureSettings& options() const { return facts_.options; }
   Checks* checks() { return checks_ ? &*checks_ : nullptr; }
 
-  SceneFacts& facts_;
+  SearchFacts& facts_;
   Photographer& photographer_;
   const FloodLit& flood_;
   const bool may_be_finer_ = facts_.coarseness.steps > 0;
@@ -350,7 +350,7 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
   std::optional<Checks> checks;
   CaptureResult result;
   for (bool again = true; again;) {
-    SceneFacts facts{
+    SearchFacts facts{
         options, tree, probe.channels(), flood.squared, probe.residual_shift(), target.coarseness()};
     Hierarchy search(facts, photographer, flood, std::move(checks));
     SYMRIG_TRY(CaptureResult found, search.run(probe.plans_exposures(kEndless)));

@@ -70,8 +70,8 @@ constexpr std::int64_t kPlaceOperations = 16;
 
 /// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
 /// sample does not count.
-void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
-               const Estimate& estimate) {
+void add_pixel(const SearchFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
+               const NodeEstimate& estimate) {
   std::vector<float> value(estimate.c_noise.size());
   const auto r = row == col ? estimate.c : estimate.r;
   double noise = 0;
@@ -90,7 +90,7 @@ void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row,
   known.add_scalar(row, col, value, static_cast<float>(noise));
 }
 
-Energy energy_of(const SceneFacts& facts, const Estimate& estimate, std::size_t rows, std::size_t cols) {
+Energy energy_of(const SearchFacts& facts, const NodeEstimate& estimate, std::size_t rows, std::size_t cols) {
   Energy energy;
   for (std::size_t channel = 0; channel < estimate.c_noise.size(); ++channel) {
     if (facts.flood_squared[channel] <= 0) continue;
@@ -123,7 +123,7 @@ struct ChildImages {
 
 /// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
 /// child b.
-void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& parent, const Node& node,
+void add_child(const SearchFacts& facts, KnownTransport& known, const NodeLevel& parent, const Node& node,
                int a, int b, double undecayed, NodeLevel& next, ChildImages& images) {
   const Block& i = parent.block(node.row);
   const Block& j = parent.block(node.col);
@@ -148,7 +148,7 @@ void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& 
 
 }  // namespace
 
-std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+std::int32_t add_leaf(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
                       const Node& node) {
   const Block& i = level.block(node.row);
   const Block& j = level.block(node.col);
@@ -183,7 +183,7 @@ std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const Node
   return leaf;
 }
 
-void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
+void add_direct(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
   std::vector<float> value(facts.channels);
   const Block& block = level.block(node.row);
   for (std::int32_t t = block.begin; t < block.end; ++t) {
@@ -193,8 +193,8 @@ void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel&
   }
 }
 
-void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
-           std::int32_t col, const Estimate& estimate) {
+void place(const SearchFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
+           std::int32_t col, const NodeEstimate& estimate) {
   const Block& i = into.block(row);
   const Block& j = into.block(col);
   const Energy energy =
@@ -209,7 +209,7 @@ void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std:
   }
 }
 
-void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+void settle(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
             std::span<const Tested> tested, NodeLevel& next) {
   ChildImages images;
   Tally tally(facts.options.work);
@@ -229,7 +229,7 @@ void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& lev
   }
 }
 
-void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
+void reopen(const SearchFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
   const KnownLeaf& of = known.leaves()[leaf];
   std::vector<float> c, r;
   for (int channel = 0; channel < facts.channels; ++channel) {

@@ -3,7 +3,7 @@
 
 #include "acquisition/tree/known_transport.hpp"
 #include "acquisition/tree/node.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <array>
@@ -42,7 +42,7 @@ struct Tested {
 /// The images of a new node, channel after channel. c is seen on its row block, r on its column block; r is
 /// empty on the diagonal. With the noise of each channel, and with what a test is expected to find
 /// (Node::undecayed).
-struct Estimate {
+struct NodeEstimate {
   std::span<const float> c, r;
   std::span<const PairNoise> c_noise, r_noise;
   double undecayed = 0;
@@ -50,22 +50,22 @@ struct Estimate {
 };
 
 /// Stores a node as a rank-1 leaf T_IJ ≈ (c/√s)(r/√s)'. Returns its number in known.
-std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+std::int32_t add_leaf(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
                       const Node& node);
 
 /// Stores a diagonal node as direct light alone: T_ii = c_i.
-void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node);
+void add_direct(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node);
 
 /// A new node is stored as empty, stored as a scalar, or goes into its level.
-void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
-           std::int32_t col, const Estimate& estimate);
+void place(const SearchFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
+           std::int32_t col, const NodeEstimate& estimate);
 
 /// Tested nodes that are leaves are stored; the others leave their children in `next`.
-void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+void settle(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
             std::span<const Tested> tested, NodeLevel& next);
 
 /// The transport of a leaf becomes unknown again: a node of its level, which is split whatever its test
 /// finds.
-void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level);
+void reopen(const SearchFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level);
 
 }  // namespace symrig::acquisition

@@ -62,7 +62,7 @@ std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& kno
 /// Running sums over dark pixels, units of F², of the energy that wrong entries would leave there in a
 /// pattern p of single pixels. Each entry is wrong by half its size, independently: ¼ Σ_j T_ij² p_j, less the
 /// common part (random_share).
-std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport& known,
+std::vector<double> allowed_before(const SearchFacts& facts, const KnownTransport& known,
                                    std::span<const float> pattern, double random_share) {
   std::vector<double> energy(pattern.size() + 1);
   const double single = kWrongShare * kWrongShare * random_share;
@@ -110,7 +110,7 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
 /// Unexplained energy of every pixel's neighbourhood in one check, per sample. The neighbourhood is the
 /// smallest block with enough dark samples. 0 where noise, tolerances and a share of the transport itself
 /// explain it.
-std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& known,
+std::vector<double> unexplained(const SearchFacts& facts, const KnownTransport& known,
                                 std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
   const std::vector<double> noise = model_noise(facts.tree, known, residuals, excess, facts.options.work);
   std::vector<double> noise_before(noise.size());
@@ -142,7 +142,7 @@ std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& k
 
 /// Mean square of the light that a leaf sends from its lit side into dark pixels of the seen side, units of
 /// F².
-double own_light(const SceneFacts& facts, std::span<const Checks::Residual> residuals,
+double own_light(const SearchFacts& facts, std::span<const Checks::Residual> residuals,
                  std::span<const float> seen, std::int32_t seen_begin, std::span<const float> lit,
                  std::int32_t lit_begin, std::size_t channel) {
   double energy = 0;
@@ -165,7 +165,7 @@ double own_light(const SceneFacts& facts, std::span<const Checks::Residual> resi
 
 }  // namespace
 
-std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport& known,
+std::vector<std::int32_t> suspects(const SearchFacts& facts, const KnownTransport& known,
                                    const std::vector<Checks::Residual>& all) {
   const auto residuals = Checks::random(all);
   std::vector<double> energy(facts.tree.order().size());
@@ -207,7 +207,7 @@ std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport
 namespace {
 
 /// Light that a residual shift moves makes no leaf wrong.
-std::vector<Checks::Residual> with_shift(const SceneFacts& facts, std::vector<Checks::Residual> residuals) {
+std::vector<Checks::Residual> with_shift(const SearchFacts& facts, std::vector<Checks::Residual> residuals) {
   for (Checks::Residual& one : residuals)
     add_shift_variance(facts.tree, facts.residual_shift, {&one.photograph, 1});
   return residuals;

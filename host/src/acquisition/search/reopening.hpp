@@ -7,7 +7,7 @@
 #include "acquisition/tree/known_transport.hpp"
 #include "acquisition/tree/photographer.hpp"
 #include "acquisition/tree/rank_test.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -20,7 +20,7 @@ namespace symrig::acquisition {
 /// beyond noise, and by over half the size of its own entries. The leaf shines there strongly enough to have
 /// a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test, and
 /// is found here.
-std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport& known,
+std::vector<std::int32_t> suspects(const SearchFacts& facts, const KnownTransport& known,
                                    const std::vector<Checks::Residual>& all);
 
 /// Leaves that the checks find wrong are reopened: the search splits them. Together they may cost a tenth of
@@ -29,7 +29,7 @@ std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport
 /// put back. CaptureResult::suspects and the estimated errors report what remains.
 class Reopening {
  public:
-  Reopening(const SceneFacts& facts, const Photographer& photographer, Findings& found, Budget& budget,
+  Reopening(const SearchFacts& facts, const Photographer& photographer, Findings& found, Budget& budget,
             Sparseness& sparseness)
       : facts_(facts), photographer_(photographer), found_(found), budget_(budget), sparseness_(sparseness) {}
 
@@ -52,7 +52,7 @@ class Reopening {
   void reopen_all(std::vector<std::int32_t> leaves, const Comparison& seen);
   void put_back();
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   const Photographer& photographer_;
   Findings& found_;
   Budget& budget_;

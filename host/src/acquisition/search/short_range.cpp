@@ -33,7 +33,7 @@ void for_blocks(const BlockTree& tree, const Use& use) {
 /// The part of an image that lies more than `radius` pixels from a block.
 class Beyond {
  public:
-  explicit Beyond(const SceneFacts& facts) : facts_(facts) {}
+  explicit Beyond(const SearchFacts& facts) : facts_(facts) {}
 
   Energy of(std::span<const float> image, const Block& seen, const Block& lit, int radius,
             std::size_t channel, const PairNoise& noise) const {
@@ -55,11 +55,11 @@ class Beyond {
   }
 
  private:
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
 };
 
 /// True if a node has no light beyond the radius that a test would see.
-bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, int radius) {
+bool within(const SearchFacts& facts, const NodeLevel& level, const Node& node, int radius) {
   if (node.diagonal()) return true;
   const Beyond beyond(facts);
   Energy total;
@@ -80,7 +80,7 @@ bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, i
 }
 
 /// The least radius that covers all unknown light, or more than kLargestRadius.
-int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
+int radius_of(const SearchFacts& facts, const std::vector<NodeLevel>& open) {
   int radius = 0;
   for (const NodeLevel& level : open)
     for (const Node& node : level.nodes()) {
@@ -93,7 +93,7 @@ int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
 
 /// Dark pixels of the check photographs are as dark as empty blocks. noise: variance in units of the
 /// photographs' own.
-bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
+bool dark(const SearchFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
   const DarkExcess excess(residuals, facts.flood_squared);
   const RankRule rule = facts.rule();
   bool all = true;

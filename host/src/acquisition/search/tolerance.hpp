@@ -4,7 +4,7 @@
 #include "acquisition/search/findings.hpp"
 #include "acquisition/search/level_search.hpp"
 #include "acquisition/tree/photographer.hpp"
-#include "acquisition/tree/scene_facts.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 
 #include <cstdint>
@@ -37,11 +37,11 @@ class TargetTolerance {
 
 /// Makes a budget reach to single pixels (docs/research/budgets.md). Most light between pixels goes to near
 /// ones, and only the last levels see it. Where the budget would end before them, leaves of all levels may
-/// miss more than those of a search without a budget (SceneFacts::coarseness when it begins). Each level gets
-/// the finest tolerance with which it takes no more than its share of what is left.
+/// miss more than those of a search without a budget (SearchFacts::coarseness when it begins). Each level
+/// gets the finest tolerance with which it takes no more than its share of what is left.
 class BudgetTolerance {
  public:
-  BudgetTolerance(SceneFacts& facts, Photographer& photographer, Findings& found)
+  BudgetTolerance(SearchFacts& facts, Photographer& photographer, Findings& found)
       : facts_(facts), photographer_(photographer), found_(found), least_(facts.coarseness) {}
 
   /// Coarser levels get shorter exposures.
@@ -67,7 +67,7 @@ class BudgetTolerance {
   double pace_from(Coarseness before) const;
   bool fits(NodeLevel& next, const Left& left) const;
 
-  SceneFacts& facts_;
+  SearchFacts& facts_;
   Photographer& photographer_;
   Findings& found_;
   Coarseness least_;  ///< of the whole search

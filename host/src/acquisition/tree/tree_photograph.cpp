@@ -15,7 +15,7 @@ namespace symrig::acquisition {
 namespace {
 
 /// Samples of one channel in tree order. No branches: this runs over every sample of every photograph.
-struct Samples {
+struct ChannelSamples {
   std::span<float> mean, variance;
   std::span<std::uint8_t> valid;
 
@@ -50,9 +50,9 @@ bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
   bool finite = true;
   for (std::size_t channel = 0; channel < channels; ++channel) {
     const auto plane = static_cast<int>(channel);
-    const Samples samples{std::span(to.mean).subspan(channel * pixels, pixels),
-                          std::span(to.variance).subspan(channel * pixels, pixels),
-                          std::span(to.valid).subspan(channel * pixels, pixels)};
+    const ChannelSamples samples{std::span(to.mean).subspan(channel * pixels, pixels),
+                                 std::span(to.variance).subspan(channel * pixels, pixels),
+                                 std::span(to.valid).subspan(channel * pixels, pixels)};
     tree.to_tree(from.mean.plane(plane), samples.mean);
     tree.to_tree(from.variance.plane(plane), samples.variance);
     const auto valid = from.valid.plane(plane);

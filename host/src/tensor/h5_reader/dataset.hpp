@@ -57,7 +57,7 @@ struct Layout {
 Result<Layout> parse_layout(const FileBytes& file, std::span<const std::uint8_t> message, const Space& space);
 
 /// A chunk that is stored.
-struct Chunk {
+struct StoredChunk {
   std::uint64_t number = 0;  ///< row by row over the dataset's chunks
   Address at = kUndefined;
   std::uint64_t bytes = 0;
@@ -81,9 +81,9 @@ class ChunkGrid {
 };
 
 /// The chunks with numbers [first, last) that are stored, by number.  fails: bad_format.
-Result<std::vector<Chunk>> chunks_of(const FileBytes& file, const Layout& layout, const Space& space,
-                                     std::uint64_t chunk_bytes, bool filtered, std::uint64_t first,
-                                     std::uint64_t last);
+Result<std::vector<StoredChunk>> chunks_of(const FileBytes& file, const Layout& layout, const Space& space,
+                                           std::uint64_t chunk_bytes, bool filtered, std::uint64_t first,
+                                           std::uint64_t last);
 
 /// The values of a dataset.
 class Dataset {
@@ -114,7 +114,7 @@ class Dataset {
   Result<void> read_compact(const Part& part) const;
   Result<void> read_contiguous(const Part& part) const;
   Result<void> read_chunks(const Part& part) const;
-  Result<void> read_chunk(const Chunk& chunk, const Shape& place, std::uint64_t size,
+  Result<void> read_chunk(const StoredChunk& chunk, const Shape& place, std::uint64_t size,
                           std::vector<std::uint8_t>& bytes) const;
 
   Object object_;

@@ -58,7 +58,7 @@ Result<void> links_of_heap(const FileBytes& file, std::span<const std::uint8_t> 
 }
 
 /// A node of an old group.
-Result<void> links_of_node(const FileBytes& file, Address at, const LocalHeap& names, Budget& budget,
+Result<void> links_of_node(const FileBytes& file, Address at, const LocalHeap& names, NodeBudget& budget,
                            std::vector<Link>& links) {
   constexpr std::string_view kName = "symbol table node";
   const std::uint64_t a = file.superblock().address_bytes;
@@ -91,7 +91,7 @@ Result<void> links_of_table(const FileBytes& file, std::span<const std::uint8_t>
   Bytes bytes(table);
   const Address tree = file.address(bytes), heap = file.address(bytes);
   SYMRIG_TRY(const LocalHeap names, LocalHeap::open(file, heap));
-  Budget budget(file);
+  NodeBudget budget(file);
   return walk_old_tree(file, tree, 0, file.superblock().length_bytes,
                        [&](Bytes, Address node) { return links_of_node(file, node, names, budget, links); });
 }

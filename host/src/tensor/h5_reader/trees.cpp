@@ -22,7 +22,7 @@ struct Entries {
 };
 
 Result<Entries> read_node(const FileBytes& file, Address at, unsigned kind, std::uint64_t entry_bytes,
-                          Budget& budget) {
+                          NodeBudget& budget) {
   const std::uint64_t head_bytes = 8 + 2 * file.superblock().address_bytes;
   SYMRIG_TRY(const auto head, file.read(at, head_bytes));
   Bytes bytes(head);
@@ -42,7 +42,7 @@ Result<void> walk_old_tree(const FileBytes& file, Address root, unsigned kind, s
                            const VisitOldEntry& visit) {
   constexpr unsigned kAnyLevel = 256;
   const std::uint64_t entry_bytes = key_bytes + file.superblock().address_bytes;
-  Budget budget(file);
+  NodeBudget budget(file);
   std::vector<Node> open{{root, kAnyLevel}};
   while (!open.empty()) {
     const Node node = open.back();
@@ -157,7 +157,7 @@ class NewTree {
   const FileBytes& file_;
   unsigned kind_;
   const VisitRecord& visit_;
-  Budget budget_;
+  NodeBudget budget_;
   std::uint64_t node_bytes_ = 0, record_bytes_ = 0, count_width_ = 0;
   std::vector<std::uint64_t> total_width_;  // of each level's children
 };

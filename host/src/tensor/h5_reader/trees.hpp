@@ -8,9 +8,9 @@
 namespace symrig::tensor::h5 {
 
 /// Of nodes: together they cannot be longer than their file. So a walk ends, whatever the file says.
-class Budget {
+class NodeBudget {
  public:
-  explicit Budget(const FileBytes& file) : left_(file.size()) {}
+  explicit NodeBudget(const FileBytes& file) : left_(file.size()) {}
   /// fails: bad_format.
   Result<void> take(std::string_view structure, Address at, std::uint64_t size) {
     if (size > left_) return damaged_at(structure, at, "is longer than the file");

@@ -2,15 +2,17 @@
 // The code at which a camera clips, which may be below the largest one.
 #pragma once
 
-#include "hdr/sensor_statistics.hpp"
 #include "symrig/hdr/merge.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
 namespace symrig::hdr {
+
+using Codes = std::span<const std::uint16_t>;
 
 /// The lower end of the values, if a share of them is within `within` of one value. nullopt also for fewer
 /// than 50.

@@ -19,7 +19,7 @@ struct Coarseness {
 };
 
 /// What is known of a scene before it is searched.
-struct SceneFacts {
+struct SearchFacts {
   const CaptureSettings& options;
   const BlockTree& tree;
   int channels;
