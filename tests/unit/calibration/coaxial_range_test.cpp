@@ -176,7 +176,7 @@ TEST(CoaxialRange, an_asymmetry_is_named_with_all_causes_that_fit) {
 // A shift of a pixel is seen by the pairs one pixel apart: counted twice, it is twice as large.
 TEST(CoaxialComb, no_two_pairs_of_stripes_are_equally_far_apart) {
   for (int length = 4; length < 300; ++length) {
-    const auto comb = calibration::make_comb(calibration::Axis::cols, {3, length});
+    const auto comb = calibration::make_comb(calibration::CombAxis::cols, {3, length});
     ASSERT_TRUE(comb.has_value());
     std::set<int> distances;
     for (std::size_t i = 0; i < comb->offsets.size(); ++i)

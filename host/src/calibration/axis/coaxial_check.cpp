@@ -20,12 +20,12 @@ double Estimate::significance() const {
 
 namespace {
 
-using calibration::Axis;
 using calibration::Comb;
+using calibration::CombAxis;
+using calibration::CombLight;
 using calibration::DoubleImage;
 using calibration::Flare;
 using calibration::Imbalance;
-using calibration::Light;
 
 constexpr int kNear = 3;     // pixels; the distances that a shift of up to largest_shift reaches
 constexpr int kBlurred = 2;  // pixels around a second picture that receive some of its light
@@ -42,7 +42,7 @@ constexpr double kFlareOfShift = 1;
 /// No flare is a larger share of the light.
 constexpr double kLargestFlare = 0.2;
 
-bool lit(const Light& light) {
+bool lit(const CombLight& light) {
   return light.value > 5 * std::sqrt(light.variance);
 }
 
@@ -52,10 +52,10 @@ std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> ph
   std::vector<Imbalance> found;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     for (std::size_t j = i + 1; j < photographs.size(); ++j) {
-      const Light up = light_at(photographs[i], comb, comb.offsets[j]);
-      const Light down = light_at(photographs[j], comb, comb.offsets[i]);
-      const Light a = direct_light(photographs[i], comb, comb.offsets[i]);
-      const Light b = direct_light(photographs[j], comb, comb.offsets[j]);
+      const CombLight up = light_at(photographs[i], comb, comb.offsets[j]);
+      const CombLight down = light_at(photographs[j], comb, comb.offsets[i]);
+      const CombLight a = direct_light(photographs[i], comb, comb.offsets[i]);
+      const CombLight b = direct_light(photographs[j], comb, comb.offsets[j]);
       if (!lit(a) || !lit(b)) return {};
       // Divide by the direct light of the stripes that the difference comes from: then their texture adds no
       // error.
@@ -180,9 +180,9 @@ std::optional<AxisCheck> shifted_beyond(const Comb& comb, std::span<const Radian
   const auto distance =
       calibration::light_elsewhere(comb, photographs, static_cast<int>(CoaxialCheck::largest_shift));
   if (!distance) return std::nullopt;
-  Light there;
+  CombLight there;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
-    const Light one = direct_light(photographs[i], comb, comb.offsets[i] + *distance);
+    const CombLight one = direct_light(photographs[i], comb, comb.offsets[i] + *distance);
     there.value += one.value, there.variance += one.variance;
   }
   if (!lit(there)) return std::nullopt;
@@ -192,7 +192,7 @@ std::optional<AxisCheck> shifted_beyond(const Comb& comb, std::span<const Radian
   return axis;
 }
 
-Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
+Result<AxisCheck> check_axis(Probe& probe, CombAxis which, CoaxialCheck& check) {
   const auto comb = calibration::make_comb(which, probe.grid());
   if (!comb) return AxisCheck{};
   SYMRIG_TRY(const auto photographs, show(probe, *comb, comb->offsets, check.options.progress));
@@ -320,8 +320,8 @@ Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) 
   SYMRIG_CHECK(check_aligned(probe));
   CoaxialCheck check;
   check.options = options;
-  SYMRIG_TRY(check.rows, check_axis(probe, Axis::rows, check));
-  SYMRIG_TRY(check.cols, check_axis(probe, Axis::cols, check));
+  SYMRIG_TRY(check.rows, check_axis(probe, CombAxis::rows, check));
+  SYMRIG_TRY(check.cols, check_axis(probe, CombAxis::cols, check));
   return check;
 }
 

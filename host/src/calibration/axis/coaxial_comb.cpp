@@ -12,8 +12,8 @@ constexpr int kReach = 3;  // pixels; largest displacement of direct light
 
 /// Raster index of a position along the axis and one across it.
 std::size_t pixel(const Comb& comb, int along, int across) {
-  const int row = comb.axis == Axis::cols ? across : along;
-  const int col = comb.axis == Axis::cols ? along : across;
+  const int row = comb.axis == CombAxis::cols ? across : along;
+  const int col = comb.axis == CombAxis::cols ? along : across;
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(comb.grid.cols) +
          static_cast<std::size_t>(col);
 }
@@ -36,7 +36,7 @@ Pattern Comb::pattern(int offset) const {
   return lit;
 }
 
-std::optional<Comb> make_comb(Axis axis, Grid grid) {
+std::optional<Comb> make_comb(CombAxis axis, Grid grid) {
   constexpr int kShortest = 16;  // so a stripe seven pixels ahead of one is nine behind the next
   constexpr int kMargin = kReach + 1;
   constexpr int kEnough = 4;  // groups; with so many, the loss at the border is small
@@ -55,8 +55,8 @@ std::optional<Comb> make_comb(Axis axis, Grid grid) {
   return comb;
 }
 
-Light light_at(const Radiance& photograph, const Comb& comb, int offset) {
-  Light light;
+CombLight light_at(const Radiance& photograph, const Comb& comb, int offset) {
+  CombLight light;
   double seen = 0, squares = 0;
   for (int channel = 0; channel < photograph.mean.channels(); ++channel) {
     const auto mean = photograph.mean.plane(channel), variance = photograph.variance.plane(channel);
@@ -80,11 +80,11 @@ namespace {
 
 /// Mean light of the pixels between `near` and `near` + 1 pixels from the stripes, on the darker side. The
 /// other side contains light that a shift has moved.
-Light beside(const Radiance& photograph, const Comb& comb, int offset, int near) {
-  Light darker;
+CombLight beside(const Radiance& photograph, const Comb& comb, int offset, int near) {
+  CombLight darker;
   for (const int side : {-1, 1}) {
-    Light here = light_at(photograph, comb, offset + side * near);
-    const Light next = light_at(photograph, comb, offset + side * (near + 1));
+    CombLight here = light_at(photograph, comb, offset + side * near);
+    const CombLight next = light_at(photograph, comb, offset + side * (near + 1));
     here.value += next.value, here.variance += next.variance, here.pixels += next.pixels;
     if (here.pixels == 0) continue;
     here = {here.value / here.pixels, here.variance / (here.pixels * here.pixels), here.pixels};
@@ -95,11 +95,11 @@ Light beside(const Radiance& photograph, const Comb& comb, int offset, int near)
 
 }  // namespace
 
-Light direct_light(const Radiance& photograph, const Comb& comb, int offset) {
-  const Light away = beside(photograph, comb, offset, kReach);
-  Light direct;
+CombLight direct_light(const Radiance& photograph, const Comb& comb, int offset) {
+  const CombLight away = beside(photograph, comb, offset, kReach);
+  CombLight direct;
   for (int d = -kReach; d <= kReach; ++d) {
-    const Light here = light_at(photograph, comb, offset + d);
+    const CombLight here = light_at(photograph, comb, offset + d);
     direct.value += here.value;
     direct.variance += here.variance;
     direct.pixels += here.pixels;
@@ -110,9 +110,9 @@ Light direct_light(const Radiance& photograph, const Comb& comb, int offset) {
 }
 
 double smooth_share(const Radiance& photograph, const Comb& comb, int offset) {
-  Light near;
+  CombLight near;
   for (int d = -kReach; d <= kReach; ++d) {
-    const Light here = light_at(photograph, comb, offset + d);
+    const CombLight here = light_at(photograph, comb, offset + d);
     near.value += here.value, near.pixels += here.pixels;
   }
   const double smooth = near.pixels * beside(photograph, comb, offset, kReach).value;
@@ -125,9 +125,9 @@ std::optional<int> light_elsewhere(const Comb& comb, std::span<const Radiance> p
   double most = 0, here = 0;
   for (int d = -comb.length() + 1; d < comb.length(); ++d) {
     if (comb.groups > 1 && (2 * d <= -comb.period || 2 * d > comb.period)) continue;
-    Light there;
+    CombLight there;
     for (std::size_t i = 0; i < photographs.size(); ++i) {
-      const Light one = light_at(photographs[i], comb, comb.offsets[i] + d);
+      const CombLight one = light_at(photographs[i], comb, comb.offsets[i] + d);
       there.value += one.value, there.pixels += one.pixels;
     }
     if (there.pixels == 0) continue;
@@ -208,7 +208,7 @@ double standing_out(const Radiance& photograph, const Comb& comb, int offset) {
 
 /// (Light from stripes at `from` to `to`) − (light in the other direction), over the direct light.
 Imbalance exchange(const Comb& comb, const Radiance& a, int from, const Radiance& b, int to) {
-  const Light there = light_at(a, comb, to), back = light_at(b, comb, from);
+  const CombLight there = light_at(a, comb, to), back = light_at(b, comb, from);
   const double direct = (direct_light(a, comb, from).value + direct_light(b, comb, to).value) / 2;
   return {to - from, (there.value - back.value) / direct, std::sqrt(there.variance + back.variance) / direct};
 }
@@ -228,7 +228,7 @@ bool lies_ahead(const Comb& comb, const Radiance& photograph, int distance) {
 
 std::optional<int> suspect_double_image(const Comb& comb, std::span<const Radiance> photographs,
                                         double least) {
-  std::vector<Light> direct;
+  std::vector<CombLight> direct;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     direct.push_back(direct_light(photographs[i], comb, comb.offsets[i]));
     if (!(direct.back().value > 5 * std::sqrt(direct.back().variance))) return std::nullopt;

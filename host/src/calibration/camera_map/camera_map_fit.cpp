@@ -111,7 +111,7 @@ class CameraMapFit {
     return static_cast<std::size_t>(std::int64_t{row} * pixels_.camera().cols + col);
   }
   /// The border may cross a pixel whose middle or side is here.
-  static bool is_near(const BorderPixels::Place& place) {
+  static bool is_near(const BorderPixels::PointOnAxis& place) {
     return std::abs(place.here - place.border) < place.width;
   }
   static void add_inside(const BorderPixels& borders, int row, int col, std::vector<Edge>& edges);

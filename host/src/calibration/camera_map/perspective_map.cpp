@@ -72,6 +72,10 @@ Eigen::Matrix<double, 2, 9> PerspectiveMap::slopes(const Eigen::Vector2d& at) co
   return j;
 }
 
+// Gauss and Newton on Σ w (value − model)² + kPrior (h31² + h32² + k²). With u in half diagonals from the
+// middle, p = u (1 + k |u|²), and model(u) = (h11 p₁ + h12 p₂ + h13, h21 p₁ + h22 p₂ + h23) / (h31 p₁ + h32
+// p₂ + 1). Each round solves the normal equations Jᵀ W J step = Jᵀ W rest, with the derivatives J of
+// slopes().
 void PerspectiveMap::fit(std::span<const SeenCoordinate> seen) {
   n_.setZero();
   for (int round = 0; round < kNewtonRounds; ++round) {

@@ -132,7 +132,7 @@ constexpr double kLeastContrast = 0.3;
 
 }  // namespace
 
-BorderPixels::Place BorderPixels::place(Point at) const {
+BorderPixels::PointOnAxis BorderPixels::place(Point at) const {
   const double here = surface_(at);
   const double width = std::abs(surface_({at.row + 0.5, at.col}) - surface_({at.row - 0.5, at.col})) +
                        std::abs(surface_({at.row, at.col + 0.5}) - surface_({at.row, at.col - 0.5}));
@@ -141,7 +141,7 @@ BorderPixels::Place BorderPixels::place(Point at) const {
 
 /// The nearest pixel in a direction that does not see the border.
 std::optional<std::size_t> BorderPixels::clear_neighbour(int row, int col, bool by_rows, int step,
-                                                         const Place& border) const {
+                                                         const PointOnAxis& border) const {
   for (int k = 1;; ++k) {
     const int r = row + (by_rows ? k * step : 0), c = col + (by_rows ? 0 : k * step);
     if (r < 0 || c < 0 || r >= camera_.rows || c >= camera_.cols) return std::nullopt;
@@ -152,7 +152,8 @@ std::optional<std::size_t> BorderPixels::clear_neighbour(int row, int col, bool 
   }
 }
 
-std::optional<BorderPixels::Balance> BorderPixels::balance(int row, int col, const Place& border) const {
+std::optional<BorderPixels::Balance> BorderPixels::balance(int row, int col,
+                                                           const PointOnAxis& border) const {
   const double middle_row = row + 0.5, middle_col = col + 0.5;
   const double down = surface_({middle_row + 0.5, middle_col}) - surface_({middle_row - 0.5, middle_col});
   const double right = surface_({middle_row, middle_col + 0.5}) - surface_({middle_row, middle_col - 0.5});
@@ -173,7 +174,7 @@ std::optional<BorderPixels::Balance> BorderPixels::balance(int row, int col, con
 }
 
 float BorderPixels::share(int row, int col) const {
-  const Place here = place({row + 0.5, col + 0.5});
+  const PointOnAxis here = place({row + 0.5, col + 0.5});
   if (!here.crossed() || here.border <= 0 || here.border >= pixels_.size(axis_)) return 1;
   const auto found = balance(row, col, here);
   if (!found) return kUnknownShare;

@@ -97,6 +97,14 @@ double kernel(Point a, Point b) {
 
 }  // namespace
 
+// The steps:
+// 1. Sums over the pairs of cells of each tile, for f − g = δ √(A A′) + κ (a − a′).
+// 2. shown_by: κ of all tiles, then δ of each, and its variance from what is left. Outliers go.
+// 3. common_variance: the covariance of neighbouring tiles is that of the field, because their noise is
+//    independent.
+// 4. The field is a Gaussian process with covariance K(a, b) = v exp(−|a − b|² / 2 l²), v from step 3 and l
+//    = kLength. With the tiles' variances Σ, its mean is K (K + Σ)⁻¹ δ, and tr(K − K (K + Σ)⁻¹ K) is what
+//    stays unknown.
 ShiftField::ShiftField(std::span<const Radiance> combs, const Image<std::uint8_t>& seen, bool rows,
                        std::span<const int> channels)
     : side_(tile_side(seen.grid())) {

@@ -208,7 +208,7 @@ float CellWeightsBuilder::add_core(std::span<const Part> parts, const LightParts
   const Eigen::Vector3d k =
       plane ? Eigen::Vector3d(factor.solve(whole)) : Eigen::Vector3d(whole[0] / core(0, 0), 0, 0);
   float sum = 0;
-  std::vector<SharedPixels::Place> places;
+  std::vector<SharedPixels::CorePoint> places;
   const std::size_t first = out.reference.size();
   for (const Part& p : parts) {
     if (!p.core) continue;
@@ -263,7 +263,7 @@ void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::v
   for (const Part& p : parts) ++next[p.pixel + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
   for (std::uint32_t k = 0; k < parts.size(); ++k) order[next[parts[k].pixel]++] = k;
-  std::vector<SharedPixels::Part> seen;
+  std::vector<SharedPixels::CellShare> seen;
   for (auto begin = order.begin(); begin != order.end();) {
     const std::uint32_t pixel = parts[*begin].pixel;
     const auto end = std::find_if(begin, order.end(), [&](auto k) { return parts[k].pixel != pixel; });

@@ -29,7 +29,7 @@ void over(std::size_t count, const Work& work) {
 
 }  // namespace
 
-void SharedPixels::add_cell(const Eigen::Matrix3d& normal, bool slopes, std::span<const Place> places,
+void SharedPixels::add_cell(const Eigen::Matrix3d& normal, bool slopes, std::span<const CorePoint> places,
                             std::span<const float> light) {
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero();
   if (slopes)
@@ -46,7 +46,7 @@ void SharedPixels::add_cell(const Eigen::Matrix3d& normal, bool slopes, std::spa
   first_place_.push_back(static_cast<std::uint32_t>(places_.size()));
 }
 
-void SharedPixels::add_pixel(std::uint32_t pixel, float light, std::span<const Part> parts) {
+void SharedPixels::add_pixel(std::uint32_t pixel, float light, std::span<const CellShare> parts) {
   if (parts.size() > kMostParts) return;
   const auto first = static_cast<std::uint32_t>(parts_.size());
   parts_.insert(parts_.end(), parts.begin(), parts.end());
@@ -56,7 +56,7 @@ void SharedPixels::add_pixel(std::uint32_t pixel, float light, std::span<const P
 void SharedPixels::finish() {
   // Counting sort by cell, so that each cell collects its own parts.
   first_of_cell_.assign(cells_ + 1, 0);
-  for (const Part& part : parts_) ++first_of_cell_[part.cell + 1];
+  for (const CellShare& part : parts_) ++first_of_cell_[part.cell + 1];
   for (std::size_t i = 0; i < cells_; ++i) first_of_cell_[i + 1] += first_of_cell_[i];
   of_cell_.resize(parts_.size());
   std::vector<std::uint32_t> next(first_of_cell_.begin(), first_of_cell_.end() - 1);
@@ -64,14 +64,14 @@ void SharedPixels::finish() {
 }
 
 /// Least squares for y / W with weights W: the inverse of the normal matrix, times Σ y φ.
-SharedPixels::Plane SharedPixels::plane(const Photograph& photograph, std::size_t cell) const {
+SharedPixels::RatioPlane SharedPixels::plane(const Photograph& photograph, std::size_t cell) const {
   const std::size_t begin = photograph.first[cell], places = first_place_[cell];
   const std::size_t count = first_place_[cell + 1] - places;
   float one = 0, row = 0, col = 0, reference = 0;
   bool all = true;
   for (std::size_t k = 0; k < count; ++k) {
     const std::uint32_t pixel = photograph.pixel[begin + k];
-    const Place& place = places_[places + k];
+    const CorePoint& place = places_[places + k];
     if (light_[places + k] == 0) continue;
     if (!photograph.valid[pixel]) {
       all = false;
@@ -95,10 +95,13 @@ SharedPixels::Plane SharedPixels::plane(const Photograph& photograph, std::size_
           v[2] * one + v[4] * row + v[5] * col};
 }
 
+// One photograph. The planes of all cells come first. Then each shared pixel: its excess e over what the
+// planes say, and the part τ² / Σ τ² of it for each of its cells. Last, each cell adds its parts up. Every
+// loop writes to places of its own, so the result is the same for any number of threads.
 void SharedPixels::add(const Photograph& photograph, std::span<const float> scale, std::span<float> mean,
                        std::span<float> variance) const {
   // Kept from photograph to photograph: fresh memory takes as long as the rest.
-  static thread_local std::vector<Plane> kept_planes;
+  static thread_local std::vector<RatioPlane> kept_planes;
   static thread_local std::vector<Excess> kept_excess;
   kept_planes.resize(std::max(kept_planes.size(), cells_));
   kept_excess.resize(std::max(kept_excess.size(), parts_.size()));
@@ -109,7 +112,7 @@ void SharedPixels::add(const Photograph& photograph, std::span<const float> scal
   // What each shared pixel sees beyond the planes, and each cell's part of it.
   over(pixels_.size(), [&](std::size_t k) {
     const Pixel& pixel = pixels_[k];
-    const std::span<const Part> parts(parts_.data() + pixel.first, pixel.last - pixel.first);
+    const std::span<const CellShare> parts(parts_.data() + pixel.first, pixel.last - pixel.first);
     const std::span<Excess> of_parts = excess.subspan(pixel.first, parts.size());
     if (!photograph.valid[pixel.pixel]) {
       std::ranges::fill(of_parts, Excess());
@@ -156,16 +159,16 @@ double SharedPixels::noise(std::size_t cell, std::span<const float> k) const {
   std::vector<Towards> others;
   double changed = 0, alone = 0;
   for (std::uint32_t j = first_of_cell_[cell]; j < first_of_cell_[cell + 1]; ++j) {
-    const Part& part = parts_[of_cell_[j]];
+    const CellShare& part = parts_[of_cell_[j]];
     const auto after = std::ranges::upper_bound(pixels_, of_cell_[j], {}, &Pixel::first);
     const Pixel& pixel = *std::prev(after);
-    const std::span<const Part> parts(parts_.data() + pixel.first, pixel.last - pixel.first);
+    const std::span<const CellShare> parts(parts_.data() + pixel.first, pixel.last - pixel.first);
     double sum = 0;
-    for (const Part& p : parts) sum += std::pow(static_cast<double>(p.share), 2);
+    for (const CellShare& p : parts) sum += std::pow(static_cast<double>(p.share), 2);
     if (sum == 0) continue;
     const double g = static_cast<double>(part.weight) * std::pow(static_cast<double>(part.share), 2) / sum;
     changed += g * g;
-    for (const Part& p : parts) {
+    for (const CellShare& p : parts) {
       auto to = std::ranges::find(others, p.cell, &Towards::cell);
       if (to == others.end()) to = others.insert(others.end(), Towards{p.cell});
       const Eigen::Vector3d at(1, static_cast<double>(p.row), static_cast<double>(p.col));

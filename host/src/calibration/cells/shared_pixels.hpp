@@ -34,14 +34,14 @@ class SharedPixels {
   static constexpr float kNoise = 4;
 
   /// A cell that a shared pixel sees.
-  struct Part {
+  struct CellShare {
     std::uint32_t cell;
     float row, col;  ///< the middle of the overlap, from the middle of the cell [cells]
     float share;     ///< f
     float weight;    ///< the area of the pixel, divided by that of the cell
   };
   /// A core pixel: where it lies from the middle of its cell [cells].
-  struct Place {
+  struct CorePoint {
     float row, col;
   };
   /// The photograph of one channel, and the camera pixels of all cores: those of cell i are [first[i],
@@ -57,10 +57,10 @@ class SharedPixels {
   /// The next cell, in order. normal: Σ W φ φᵀ over the core, φ = (1, row, col). slopes: the core tells them.
   /// places: of its core pixels; light: W there, 0 for those without a valid W. Without places: a cell that
   /// is not measured by a core.
-  void add_cell(const Eigen::Matrix3d& normal, bool slopes, std::span<const Place> places,
+  void add_cell(const Eigen::Matrix3d& normal, bool slopes, std::span<const CorePoint> places,
                 std::span<const float> light);
   /// parts: of cells that have a core. light: W > 0.
-  void add_pixel(std::uint32_t pixel, float light, std::span<const Part> parts);
+  void add_pixel(std::uint32_t pixel, float light, std::span<const CellShare> parts);
   /// After all cells and pixels.
   void finish();
 
@@ -84,7 +84,7 @@ class SharedPixels {
     std::uint32_t pixel, first, last;  ///< its parts
     float light;
   };
-  using Plane = std::array<float, 3>;
+  using RatioPlane = std::array<float, 3>;
   /// What a shared pixel gives to a cell beyond its plane.
   struct Excess {
     float light = 0;
@@ -92,12 +92,12 @@ class SharedPixels {
   };
 
   Eigen::Matrix3d inverse(std::size_t cell) const;
-  Plane plane(const Photograph& photograph, std::size_t cell) const;
-  static float ratio(const Plane& plane, const Part& part) {
+  RatioPlane plane(const Photograph& photograph, std::size_t cell) const;
+  static float ratio(const RatioPlane& plane, const CellShare& part) {
     return plane[0] + plane[1] * part.row + plane[2] * part.col;
   }
   /// light: of the cell in the pixel, without its share: W r.
-  static float tau_square(const Part& part, float light, float variance) {
+  static float tau_square(const CellShare& part, float light, float variance) {
     const float wrong = (part.share + kShareError) * light;
     return wrong * wrong + kNoise * part.share * part.share * variance;
   }
@@ -105,10 +105,10 @@ class SharedPixels {
   std::size_t cells_;
   std::vector<Cell> cell_;
   std::vector<std::uint32_t> first_place_{0};  // of each cell
-  std::vector<Place> places_;
+  std::vector<CorePoint> places_;
   std::vector<float> light_;  // of each place
   std::vector<Pixel> pixels_;
-  std::vector<Part> parts_;
+  std::vector<CellShare> parts_;
   std::vector<std::uint32_t> first_of_cell_;  // in of_cell_
   std::vector<std::uint32_t> of_cell_;        // parts of each cell
 };

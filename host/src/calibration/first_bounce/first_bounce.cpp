@@ -313,7 +313,7 @@ Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, cons
   const BlockTree projector(map.projector);
   const auto surroundings = surroundings_of(projector, near_reaches(options));
   const LightModel model(photographs, options.decode, surroundings);
-  const Blur blur = model.best_blur(map);
+  const FittedBlur blur = model.best_blur(map);
   const PixelMap filled = without_holes(map, options.decode);
   const auto light = model.fit_all(filled, blur.sigma);
   FirstBounceFit fit{light_tensor(filled, light, surroundings, projector, blur.sigma, options.weight_cutoff),

@@ -226,7 +226,7 @@ double LightModel::squared_residual(const PixelMap& map, double sigma) const {
 }
 
 /// Golden-section search: the residual decreases towards the best blur from both sides.
-Blur LightModel::best_blur(const PixelMap& map) const {
+FittedBlur LightModel::best_blur(const PixelMap& map) const {
   constexpr double kGolden = 0.6180339887498949;
   constexpr double kNarrowest = 0.1, kPrecision = 0.05;  // projector pixels
   double low = kNarrowest, high = kLargestSigma;

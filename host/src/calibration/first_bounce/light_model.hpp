@@ -147,7 +147,7 @@ struct Footprint {
 Footprint footprint(const PixelMap& map, std::size_t pixel, double sigma);
 
 /// A blur, and its squared residual in a sample of the pixels.
-struct Blur {
+struct FittedBlur {
   double sigma = 0;
   double squared_residual = 0;
 };
@@ -166,7 +166,7 @@ class LightModel {
   PixelLight fit(const PixelMap& map, std::size_t pixel, double sigma) const;
   std::vector<PixelLight> fit_all(const PixelMap& map, double sigma) const;
   /// The blur with the least residual over a sample of the decoded pixels.
-  Blur best_blur(const PixelMap& map) const;
+  FittedBlur best_blur(const PixelMap& map) const;
 
  private:
   /// One photograph. Its pattern changes along one axis (white and black along none).

@@ -53,73 +53,83 @@ double SplineSurface::operator()(Point at) const {
 // Least squares with a penalty, after P-splines [Eilers96]. The surface is f(p) = Σ_k B_k(p) c_k: at each
 // point p, 4 × 4 coefficients count. What is least is
 //
-//   Σ_i w_i (f(p_i) − v_i)²  +  λ Σ (fourth differences of c along rows and columns)²,   λ = smoothing · Σ w
-//   / n
+//   Σ_i w_i (f(p_i) − v_i)²  +  λ Σ (fourth differences of c along rows and columns)²
 //
-// with n coefficients. Its derivative is 0 where (Bᵀ W B + λ Dᵀ D) c = Bᵀ W v. The steps:
-// 1. sum_values: Bᵀ W B and Bᵀ W v, value by value. Coefficients more than three rows or columns apart never
-//    meet, so each keeps its sums in a square of 7 × 7.
-// 2. normal_matrix: these sums, λ Dᵀ D, and a ridge that fixes what neither tells, as one sparse matrix.
+// with λ = smoothing · Σ w / n for n coefficients. Its derivative is 0 where (Bᵀ W B + λ Dᵀ D) c = Bᵀ W v.
+// The steps:
+// 1. add: Bᵀ W B and Bᵀ W v, value by value. Coefficients more than three rows or columns apart
+//    never meet, so each keeps its sums in a square of 7 × 7.
+// 2. matrix: these sums, λ Dᵀ D, and a ridge that fixes what neither tells, as one sparse matrix.
 // 3. A sparse Cholesky factorisation L D Lᵀ gives c.
-SplineSurface::Sums SplineSurface::sum_values(std::span<const SeenValue> values) const {
-  Sums sums;
-  sums.near.resize(coefficient_.size());
-  for (auto& square : sums.near) square.fill(0);
-  sums.right.assign(coefficient_.size(), 0);
-  for (const SeenValue& seen : values) {
-    const Weights down = weights_at(seen.at.row, interval_, rows_ - kOrder + 1);
-    const Weights across = weights_at(seen.at.col, interval_, cols_ - kOrder + 1);
-    sums.weight += seen.weight;
+class SplineSurface::NormalEquations {
+ public:
+  NormalEquations(const SplineSurface& surface, std::span<const SeenValue> values)
+      : surface_(surface), near_(surface.coefficient_.size()), right_(surface.coefficient_.size(), 0) {
+    for (auto& square : near_) square.fill(0);
+    for (const SeenValue& seen : values) add(seen);
+  }
+
+  Eigen::SparseMatrix<double> matrix(double smoothing) const {
+    const auto n = static_cast<Eigen::Index>(near_.size());
+    const double each = weight_ / static_cast<double>(n);
+    const auto index = [&](int row, int col) { return surface_.index(row, col); };
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(near_.size() * 60);
+    for (int row = 0; row < surface_.rows_; ++row)
+      for (int col = 0; col < surface_.cols_; ++col) {
+        entries.emplace_back(index(row, col), index(row, col), kRidge * each);
+        for (int dr = -kReach; dr <= kReach; ++dr)
+          for (int dc = -kReach; dc <= kReach; ++dc) {
+            const double v = near_[index(row, col)][(dr + kReach) * kSide + dc + kReach];
+            if (v != 0) entries.emplace_back(index(row, col), index(row + dr, col + dc), v);
+          }
+        for (const bool down : {true, false}) {
+          if ((down ? row : col) + 4 >= (down ? surface_.rows_ : surface_.cols_)) continue;
+          for (int a = 0; a < 5; ++a)
+            for (int b = 0; b < 5; ++b)
+              entries.emplace_back(down ? index(row + a, col) : index(row, col + a),
+                                   down ? index(row + b, col) : index(row, col + b),
+                                   smoothing * each * kFourthDifference[a] * kFourthDifference[b]);
+        }
+      }
+    Eigen::SparseMatrix<double> matrix(n, n);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    return matrix;
+  }
+  Eigen::Map<const Eigen::VectorXd> right() const { return {right_.data(), std::ssize(right_)}; }
+
+ private:
+  static constexpr int kReach = kOrder - 1, kSide = 2 * kReach + 1;
+
+  void add(const SeenValue& seen) {
+    const Weights down = weights_at(seen.at.row, surface_.interval_, surface_.rows_ - kOrder + 1);
+    const Weights across = weights_at(seen.at.col, surface_.interval_, surface_.cols_ - kOrder + 1);
+    weight_ += seen.weight;
     for (int a = 0; a < kOrder * kOrder; ++a) {
       const int ar = a / kOrder, ac = a % kOrder;
-      const std::size_t at = index(down.first + ar, across.first + ac);
+      const std::size_t at = surface_.index(down.first + ar, across.first + ac);
       const double wa = seen.weight * down.weight[ar] * across.weight[ac];
-      sums.right[at] += wa * seen.value;
+      right_[at] += wa * seen.value;
       for (int b = 0; b < kOrder * kOrder; ++b) {
         const int br = b / kOrder, bc = b % kOrder;
-        sums.near[at][(br - ar + kReach) * kSide + bc - ac + kReach] +=
-            wa * down.weight[br] * across.weight[bc];
+        near_[at][(br - ar + kReach) * kSide + bc - ac + kReach] += wa * down.weight[br] * across.weight[bc];
       }
     }
   }
-  return sums;
-}
 
-Eigen::SparseMatrix<double> SplineSurface::normal_matrix(const Sums& sums, double smoothing) const {
-  const auto n = static_cast<Eigen::Index>(coefficient_.size());
-  const double each = sums.weight / static_cast<double>(n);
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(sums.near.size() * 60);
-  for (int row = 0; row < rows_; ++row)
-    for (int col = 0; col < cols_; ++col) {
-      entries.emplace_back(index(row, col), index(row, col), kRidge * each);
-      for (int dr = -kReach; dr <= kReach; ++dr)
-        for (int dc = -kReach; dc <= kReach; ++dc) {
-          const double v = sums.near[index(row, col)][(dr + kReach) * kSide + dc + kReach];
-          if (v != 0) entries.emplace_back(index(row, col), index(row + dr, col + dc), v);
-        }
-      for (const bool down : {true, false}) {
-        if ((down ? row : col) + 4 >= (down ? rows_ : cols_)) continue;
-        for (int a = 0; a < 5; ++a)
-          for (int b = 0; b < 5; ++b)
-            entries.emplace_back(down ? index(row + a, col) : index(row, col + a),
-                                 down ? index(row + b, col) : index(row, col + b),
-                                 smoothing * each * kFourthDifference[a] * kFourthDifference[b]);
-      }
-    }
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return matrix;
-}
+  const SplineSurface& surface_;
+  std::vector<std::array<double, std::size_t{kSide} * kSide>> near_;  // each coefficient with those around it
+  std::vector<double> right_;
+  double weight_ = 0;  // of all values
+};
 
 bool SplineSurface::fit(std::span<const SeenValue> values, double smoothing) {
   if (values.size() < 16) return false;
-  const Sums sums = sum_values(values);
-  const Eigen::SparseMatrix<double> matrix = normal_matrix(sums, smoothing);
-  const Eigen::Map<const Eigen::VectorXd> right(sums.right.data(), std::ssize(sums.right));
+  const NormalEquations equations(*this, values);
+  const Eigen::SparseMatrix<double> matrix = equations.matrix(smoothing);
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
   if (factor.info() != Eigen::Success) return false;
-  const Eigen::VectorXd solution = factor.solve(right);
+  const Eigen::VectorXd solution = factor.solve(equations.right());
   if (!solution.allFinite()) return false;
   std::ranges::copy(solution, coefficient_.begin());
   return true;

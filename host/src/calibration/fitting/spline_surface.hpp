@@ -9,8 +9,6 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/SparseCore>
-
 namespace symrig::calibration {
 
 /// A value that was seen at a point of a picture.
@@ -45,15 +43,7 @@ class SplineSurface {
     std::array<double, kOrder> weight;
   };
   static Weights weights_at(double at, double interval, int intervals);
-  /// Normal equations of the values: each coefficient with those near it, and the right side.
-  static constexpr int kReach = kOrder - 1, kSide = 2 * kReach + 1;
-  struct Sums {
-    std::vector<std::array<double, std::size_t{kSide} * kSide>> near;
-    std::vector<double> right;
-    double weight = 0;  // of all values
-  };
-  Sums sum_values(std::span<const SeenValue> values) const;
-  Eigen::SparseMatrix<double> normal_matrix(const Sums& sums, double smoothing) const;
+  class NormalEquations;
   std::size_t index(int row, int col) const {
     return static_cast<std::size_t>(std::int64_t{row} * cols_ + col);
   }

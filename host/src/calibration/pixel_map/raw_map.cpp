@@ -42,7 +42,7 @@ void drop_unsupported(RawMap& map, const DecodePolicy& policy) {
   const auto farthest = static_cast<float>(policy.support_distance * policy.support_distance);
   const auto share = static_cast<float>(policy.support_share);
   tbb::parallel_for(tbb::blocked_range<int>(0, grid.rows), [&](const tbb::blocked_range<int>& range) {
-    std::vector<Support> support(static_cast<std::size_t>(grid.cols));
+    std::vector<PixelSupport> support(static_cast<std::size_t>(grid.cols));
     for (int r = range.begin(); r != range.end(); ++r) {
       const auto first =
           static_cast<std::size_t>(r + kSupportReach) * static_cast<std::size_t>(col.grid().cols) +
@@ -50,7 +50,7 @@ void drop_unsupported(RawMap& map, const DecodePolicy& policy) {
       count_support(col.values().data() + first, row.values().data() + first, col.grid().cols, support.size(),
                     farthest, support.data());
       for (int c = 0; c < grid.cols; ++c) {
-        const Support& s = support[static_cast<std::size_t>(c)];
+        const PixelSupport& s = support[static_cast<std::size_t>(c)];
         if (s.agreeing < kFewestAgreeing || s.agreeing < share * s.decoded) map.mask.at(r, c) = 0;
       }
     }
@@ -72,8 +72,8 @@ bool predicted_from_inside(const RawMap& map, std::size_t axis, int size, int ro
                            const Neighbourhood& hood, double distance) {
   const auto& position = map.position[axis];
   const float own = position.at(row, col);
-  const Plane plane = fit_plane(position, map.mask, row, col, static_cast<double>(own), hood,
-                                [&](int r, int c) { return !in_band(position.at(r, c), size); });
+  const PositionPlane plane = fit_plane(position, map.mask, row, col, static_cast<double>(own), hood,
+                                        [&](int r, int c) { return !in_band(position.at(r, c), size); });
   return plane.support > 0 && std::abs(plane.value - static_cast<double>(own)) <= distance;
 }
 
@@ -124,7 +124,8 @@ std::optional<float> refined(const RawMap& map, std::size_t axis, int row, int c
   const auto centre = map.mask.at(row, col) ? static_cast<double>(position.at(row, col))
                                             : median_around(position, map.mask, row, col);
   if (!centre) return std::nullopt;
-  const Plane plane = fit_plane(position, map.mask, row, col, *centre, hood, [](int, int) { return true; });
+  const PositionPlane plane =
+      fit_plane(position, map.mask, row, col, *centre, hood, [](int, int) { return true; });
   // A pixel further than one step from the plane of its neighbours was decoded wrongly.
   if (plane.support == 0 || std::abs(plane.value - *centre) > hood.largest_step(1)) return std::nullopt;
   return static_cast<float>(plane.value);
@@ -172,7 +173,7 @@ std::optional<float> foretold(const RawMap& map, std::size_t axis, int row, int 
                               const Neighbourhood& hood) {
   const auto centre = median_of(map.position[axis], map.mask, row, col, hood);
   if (!centre) return std::nullopt;
-  const Plane plane =
+  const PositionPlane plane =
       fit_plane(map.position[axis], map.mask, row, col, *centre, hood, [](int, int) { return true; });
   if (plane.support == 0) return std::nullopt;
   return static_cast<float>(plane.value);

@@ -26,7 +26,7 @@ constexpr std::size_t axis_index(StripeAxis axis) {
 }
 
 /// A plane through the positions around one camera pixel: position ≈ value + by_col · Δcol + by_row · Δrow.
-struct Plane {
+struct PositionPlane {
   double value = 0, by_col = 0, by_row = 0;
   int support = 0;  ///< number of fitted pixels; 0 = no fit
 };
@@ -47,8 +47,8 @@ struct Neighbourhood {
 /// the surface. The centre's own value `centre` is the reference of the steps. The centre is used in the fit
 /// only if it is masked.
 template <class Same>
-Plane fit_plane(const Image<float>& position, const Image<std::uint8_t>& mask, int row, int col,
-                double centre, const Neighbourhood& hood, Same same);
+PositionPlane fit_plane(const Image<float>& position, const Image<std::uint8_t>& mask, int row, int col,
+                        double centre, const Neighbourhood& hood, Same same);
 
 /// Projector pixels per camera pixel: median over the map.
 double typical_scale(const RawMap& map);
@@ -93,7 +93,7 @@ class PlaneSums {
   }
   int count() const { return count_; }
   /// No plane (support 0) if the points lie on a line.
-  Plane solve() const {
+  PositionPlane solve() const {
     const Eigen::LDLT<Eigen::Matrix3d> factor(a_);
     if (factor.vectorD().minCoeff() < 1e-6 * factor.vectorD().maxCoeff()) return {};
     const Eigen::Vector3d x = factor.solve(b_);
@@ -107,8 +107,8 @@ class PlaneSums {
 };
 
 template <class Same>
-Plane fit_plane(const Image<float>& position, const Image<std::uint8_t>& mask, int row, int col,
-                double centre, const Neighbourhood& hood, Same same) {
+PositionPlane fit_plane(const Image<float>& position, const Image<std::uint8_t>& mask, int row, int col,
+                        double centre, const Neighbourhood& hood, Same same) {
   const Grid grid = mask.grid();
   PlaneSums sums;
   for (int i = -hood.reach; i <= hood.reach; ++i) {
@@ -121,7 +121,7 @@ Plane fit_plane(const Image<float>& position, const Image<std::uint8_t>& mask, i
     }
   }
   if (sums.count() < hood.least) return {};
-  Plane plane = sums.solve();
+  PositionPlane plane = sums.solve();
   plane.value += centre;
   return plane;
 }
@@ -144,7 +144,7 @@ inline constexpr int kSupportReach = 3;  ///< camera pixels; (2 · reach + 1)² 
 inline constexpr int kSlopeApart = 3;    ///< camera pixels between the two positions of a slope
 
 /// Neighbours of one pixel.
-struct Support {
+struct PixelSupport {
   float decoded = 0;   ///< how many have a position
   float agreeing = 0;  ///< how many of these predict the pixel's position
 };
@@ -155,6 +155,6 @@ struct Support {
 /// there is none, in pictures whose rows are `stride` apart. kSupportReach pixels on all sides of the row
 /// must be readable.
 void count_support(const float* col, const float* row, std::ptrdiff_t stride, std::size_t count,
-                   float farthest, Support* to);
+                   float farthest, PixelSupport* to);
 
 }  // namespace symrig::calibration

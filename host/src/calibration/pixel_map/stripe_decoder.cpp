@@ -133,7 +133,7 @@ float StripeDecoder::reflected(float position) const {
 }
 
 /// Tries both values of a left-out bit. The photographs distinguish them only near the border of the block.
-std::optional<Sighting> StripeDecoder::sight(const Differences& seen, ShapedLight& light) const {
+std::optional<StripeSighting> StripeDecoder::sight(const Differences& seen, ShapedLight& light) const {
   const auto found = find_position(light, seen, evidence());
   if (!left_out_) return found;
   const auto other = find_position(light, seen, evidence(), true);

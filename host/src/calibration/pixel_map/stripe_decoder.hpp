@@ -28,7 +28,6 @@ class StripeDecoder {
 
   /// Only pixels of `wanted` (1) are decoded; the others keep sigma = infinity and clear = 0.
   AxisSightings decode(const Image<std::uint8_t>& wanted) const;
-  const Shape& usual_shape() const { return usual_; }
 
   Differences differences(std::size_t pixel) const;
   /// Sum of the squared differences of the two finest bits, relative to the noise: 2 on average for noise
@@ -48,7 +47,7 @@ class StripeDecoder {
   Shape fit_usual_shape(const Shape& guess) const;
   ShapeFit fit_tile(ShapedLight& light, int tile_row, int tile_col) const;
   Tiles fit_tiles() const;
-  std::optional<Sighting> sight(const Differences& seen, ShapedLight& light) const;
+  std::optional<StripeSighting> sight(const Differences& seen, ShapedLight& light) const;
   /// light: set to the tile's shape. own: storage for the pixel's own shape.
   void decode_pixel(std::size_t pixel, const Shape& shape, ShapedLight& light, ShapedLight& own,
                     AxisSightings& out) const;

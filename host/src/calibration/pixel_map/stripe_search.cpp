@@ -199,8 +199,22 @@ void explain(const Bits& seen, const ShapedPixel& light, std::size_t bits, Steps
   explain_all(seen, light, bits, to);
 }
 
-std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
-                                      bool bit_value) {
+// Maximum likelihood of a position x and a contrast a ≥ 0, with D_k the difference of pattern and
+// complement of bit k, m_k(x) the contrast of the stripes in the footprint around x, and V the variance of
+// a difference:
+//
+//   χ²(x) = min over a of Σ_k (D_k − a m_k(x))² / V = (Σ D² − (Σ D m)² / Σ m²) / V
+//
+// Only the last term depends on x: `Explained` is its part (Σ D m)² / Σ m². The steps:
+// 1. The signs of D spell a Gray code, so a position. Where |D_k| is small, the sign may be wrong: the
+//    three smallest ones make 2³ candidates. A reversed bit leaves D_k² / V unexplained, so most candidates
+//    are dropped unseen.
+// 2. Around each candidate, ± 1 pixel in steps of an eighth, the best step. The light of a pixel's steps is
+//    computed at once, and kept, because candidates are often neighbours.
+// 3. The best of all is the position; the best one more than two pixels away is its rival.
+// 4. A parabola through χ² of the best step and its two neighbours gives the place between steps.
+std::optional<StripeSighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
+                                            bool bit_value) {
   const StripeLight& table = light.light();
   const Candidates candidates(seen, table.bits(), light.left_out().value_or(-1), bit_value);
   Explained explains(light, seen);
@@ -218,7 +232,7 @@ std::optional<Sighting> find_position(ShapedLight& light, const Differences& see
   }
   if (count == 0) return std::nullopt;
 
-  Sighting found;
+  StripeSighting found;
   found.index = best.index();
   found.bit_value = bit_value;
   found.chi2 = explains.chi2(best.explained());
@@ -247,8 +261,8 @@ void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to) {
   HWY_DYNAMIC_DISPATCH(explain)(seen, light, static_cast<std::size_t>(bits), to);
 }
 
-std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
-                                      bool bit_value) {
+std::optional<StripeSighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
+                                            bool bit_value) {
   return HWY_DYNAMIC_DISPATCH(find_position)(light, seen, evidence, bit_value);
 }
 

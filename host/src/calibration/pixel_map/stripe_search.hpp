@@ -11,7 +11,7 @@
 namespace symrig::calibration {
 
 /// The position that a pixel sees along one axis, by maximum likelihood.
-struct Sighting {
+struct StripeSighting {
   float position = 0;  ///< [projector pixels]
   int index = 0;       ///< the step next to it, position ≈ index / kSteps
   float chi2 = 0;      ///< of the fit, bits − 2 degrees of freedom
@@ -61,8 +61,8 @@ void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to);
 /// A candidate is skipped if its reversed bits alone cost more χ² than the best one and `evidence`: no
 /// position with the wrong sign of bit k explains any of D_k. bit_value: the value of a left-out bit.
 /// nullopt: no candidate lies on the projector.
-std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
-                                      bool bit_value = false);
+std::optional<StripeSighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
+                                            bool bit_value = false);
 
 /// Standard deviation of a found position [projector pixels], from the Fisher information of x with a
 /// unknown; infinity without information.

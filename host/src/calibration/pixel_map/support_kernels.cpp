@@ -68,7 +68,7 @@ V median_slope(Lanes d, const float* position, std::ptrdiff_t stride, bool down)
 }
 
 void count_support(const float* col, const float* row, std::ptrdiff_t stride, std::size_t count,
-                   float farthest, Support* to) {
+                   float farthest, PixelSupport* to) {
   const Lanes d;
   const V one = hn::Set(d, 1.0F);
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
@@ -108,7 +108,7 @@ namespace symrig::calibration {
 HWY_EXPORT(count_support);
 
 void count_support(const float* col, const float* row, std::ptrdiff_t stride, std::size_t count,
-                   float farthest, Support* to) {
+                   float farthest, PixelSupport* to) {
   HWY_DYNAMIC_DISPATCH(count_support)(col, row, stride, count, farthest, to);
 }
 

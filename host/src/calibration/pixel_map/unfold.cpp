@@ -10,13 +10,13 @@ namespace symrig::calibration {
 namespace {
 
 /// det ∂(col, row) / ∂(camera col, camera row).
-double determinant(const Plane& col, const Plane& row) {
+double determinant(const PositionPlane& col, const PositionPlane& row) {
   return col.by_col * row.by_row - col.by_row * row.by_col;
 }
 
 /// Both planes around a pixel, over neighbours of the same block.
 struct LocalMap {
-  std::array<Plane, 2> plane;
+  std::array<PositionPlane, 2> plane;
   double determinant() const {
     return plane[0].support > 0 && plane[1].support > 0 ? calibration::determinant(plane[0], plane[1]) : 0;
   }
@@ -80,7 +80,7 @@ std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folde
           static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
       const bool keep = local.determinant() * orientation > 0;
       const double sign = keep ? 1 : -1;
-      const Plane& plane = local.plane[axis_index(axis)];
+      const PositionPlane& plane = local.plane[axis_index(axis)];
       size[i] = std::abs(local.determinant());
       choices[i] = {size[i] > 0, keep ? folded.candidate(row, col) : folded.reflected(row, col),
                     sign * plane.by_col, sign * plane.by_row};
@@ -108,8 +108,9 @@ std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, in
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int col = 0; col < grid.cols; ++col) {
       if (!map.mask.at(row, col)) continue;
-      const Plane plane = fit_plane(middles, map.mask, row, col, static_cast<double>(middles.at(row, col)),
-                                    hood, [](int, int) { return true; });
+      const PositionPlane plane =
+          fit_plane(middles, map.mask, row, col, static_cast<double>(middles.at(row, col)), hood,
+                    [](int, int) { return true; });
       if (plane.support == 0) continue;
       const float a = folded.candidate(row, col), b = folded.reflected(row, col);
       const bool keep =
@@ -160,6 +161,14 @@ double typical_scale(const RawMap& map) {
   return slopes.empty() ? 1 : quantile(slopes, 0.5);
 }
 
+// Without Gray bit k, a position and its reflection in a block of `block` pixels have the same code. The
+// steps:
+// 1. A first choice for each pixel. Wide blocks: both candidates' planes around the pixel have opposite
+//    determinants det ∂(col, row) / ∂(camera), and a surface keeps `orientation`. Narrow blocks: the
+//    candidate nearer to a plane through the middles of the blocks around.
+// 2. Pixels near a fold, where the determinant is small, wait. All pixels then choose again, by the median
+//    of what settled neighbours predict; first near ones, then farther ones.
+// 3. A pixel that neither candidate brings within a pixel of the prediction leaves the mask.
 void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
   const Grid grid = map.grid();
   const double scale = typical_scale(map);

@@ -107,6 +107,12 @@ std::optional<Affine> affine_through(std::span<const Point, 3> at, std::span<con
   return Affine{to * from.inverse()};
 }
 
+// Random sample consensus [Fischler81]. Each pixel has up to V cells, one from each view, and one of them
+// is its own. A round takes three pixels and one cell of each, and counts the pixels of a sample that have
+// some cell where the affine map through the three looks. Three right cells come together with probability
+// V⁻³, so rounds_for(V) rounds almost surely contain them. The map that most agree with is then bent by
+// perspective and distortion (`bent`).
+
 /// The affine map that most of the pixels agree with. Generator and sample are the same on every machine.
 std::optional<Affine> best_affine(std::span<const Candidates> pixels, std::size_t views, double reach) {
   std::mt19937_64 random(1);  // NOLINT(cert-msc51-cpp): the same map each time

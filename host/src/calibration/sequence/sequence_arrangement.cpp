@@ -281,7 +281,7 @@ class Orders {
 
 }  // namespace
 
-std::vector<Cause> find_arrangements(const CodePhotographs& photographs, const ClearPixels& clear) {
+std::vector<SequenceCause> find_arrangements(const CodePhotographs& photographs, const ClearPixels& clear) {
   constexpr double kFewestNeighbours = 0.75;
   constexpr double kBetter = 0.1, kTimes = 3, kAlike = 0.02;
   constexpr std::size_t kFewestClear = 200;
@@ -300,7 +300,7 @@ std::vector<Cause> find_arrangements(const CodePhotographs& photographs, const C
     fitting.emplace_back(fit, &one);
     best = std::min(best, fit.distance());
   }
-  std::vector<Cause> causes;
+  std::vector<SequenceCause> causes;
   for (const auto& [fit, one] : fitting)
     if (fit.distance() <= best + kAlike)
       causes.push_back(

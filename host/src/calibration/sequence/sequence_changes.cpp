@@ -44,7 +44,7 @@ class Line {
 
 /// One cause with what it explains.
 struct Explained {
-  Cause cause;
+  SequenceCause cause;
   double share = 0, effect = 0;
   double rank = 0;  ///< share, less for a model of many numbers
   bool particular = false;
@@ -339,9 +339,10 @@ LightChanges::LightChanges(const CodePhotographs& photographs, const ClearPixels
     found_.push_back({std::move(one.cause), one.share, one.effect, one.rank, one.particular});
 }
 
-std::vector<Cause> LightChanges::named(double least_explained, double least_effect, bool particular) const {
+std::vector<SequenceCause> LightChanges::named(double least_explained, double least_effect,
+                                               bool particular) const {
   constexpr double kNearBest = 0.15;
-  std::vector<Cause> causes;
+  std::vector<SequenceCause> causes;
   double best = 0;
   for (const Found& one : found_) {
     if (one.explained < least_explained || one.rank < best - kNearBest || one.effect < least_effect ||
@@ -359,23 +360,23 @@ namespace {
 constexpr double kStill = 0.02;
 }  // namespace
 
-std::vector<Cause> LightChanges::most() const {
+std::vector<SequenceCause> LightChanges::most() const {
   return named(0.7, kStill, false);
 }
-std::vector<Cause> LightChanges::all() const {
+std::vector<SequenceCause> LightChanges::all() const {
   return named(0.9, kStill, true);
 }
-std::vector<Cause> LightChanges::spoiling() const {
+std::vector<SequenceCause> LightChanges::spoiling() const {
   return named(0.7, 0.15, false);
 }
 
 /// A fit predicts the photographs of a still bench to 6 %.
-std::vector<Cause> LightChanges::harmful() const {
+std::vector<SequenceCause> LightChanges::harmful() const {
   return named(0.3, 2 * kStill, false);
 }
 
-std::vector<Cause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear,
-                                   const std::optional<int>& held_out) {
+std::vector<SequenceCause> find_sharpening(const CodePhotographs& photographs, const ClearPixels& clear,
+                                           const std::optional<int>& held_out) {
   constexpr double kBeyond = 0.06, kMost = 0.03;  // of the contrast; of the values
   if (clear.at.empty() || photographs.complements_derived) return {};
   double below = 0, above = 0, all = 0;

@@ -193,7 +193,7 @@ Result<void> check_reach(const SequenceLight& light, bool mirrored) {
   const GrayCode& code = light.photographs.code;
   const Grid projector = code.projector();
   std::vector<std::string> where;
-  std::vector<Cause> causes;
+  std::vector<SequenceCause> causes;
   const auto add = [&](const CodeReach::OfAxis& axis, const char* what, int coarsest) {
     if (axis.farthest == 0) return;
     where.push_back(fmt::format("{} {}", what, axis.farthest));
@@ -223,7 +223,7 @@ Result<void> check_reach(const SequenceLight& light, bool mirrored) {
 
 /// Two photographs that are equal in every pixel, although each has its own noise. Neighbours are left out: a
 /// doubled one usually makes all later ones late, which find_arrangements() tells.
-std::vector<Cause> find_copies(const CodePhotographs& photographs) {
+std::vector<SequenceCause> find_copies(const CodePhotographs& photographs) {
   const int count = photographs.code.photographs();
   if (photographs.complements_derived) return {};
   for (int k = 2; k < count; ++k)
@@ -240,7 +240,7 @@ std::vector<Cause> find_copies(const CodePhotographs& photographs) {
 Result<void> explain_contradiction(const CodePhotographs& photographs, const Result<void>& finding,
                                    bool definite) {
   const ClearPixels clear = find_clear_pixels(photographs);
-  std::vector<Cause> causes = find_arrangements(photographs, clear);
+  std::vector<SequenceCause> causes = find_arrangements(photographs, clear);
   if (!causes.empty() || !definite)
     if (auto copies = find_copies(photographs); !copies.empty()) causes = std::move(copies);
   if (causes.empty() && !finding) {
@@ -252,7 +252,7 @@ Result<void> explain_contradiction(const CodePhotographs& photographs, const Res
 
 Result<void> check_light(const CodePhotographs& photographs, const std::optional<int>& held_out) {
   const ClearPixels clear = find_clear_pixels(photographs, held_out);
-  std::vector<Cause> causes = LightChanges(photographs, clear, held_out).harmful();
+  std::vector<SequenceCause> causes = LightChanges(photographs, clear, held_out).harmful();
   if (causes.empty()) causes = find_sharpening(photographs, clear, held_out);
   return causes.empty() ? Result<void>() : Result<void>(error_of(causes));
 }

@@ -27,6 +27,15 @@ struct SignRates {
   double weak = 0.1;  ///< share of all signs
 };
 
+// How the order is judged: EdgeVotes finds the edges of each pair s along lines of pixels, and counts which
+// sign each other pair t has there. Explanations makes the list of what may be wrong. Each gives every pair
+// a role (axis, bit, inverted), which predicts the odds p of lit, dark and weak signs. Its likelihood is
+//
+//   L = Σ_{s ≠ t} w(s, t) Σ_sign votes(s, t, sign) ln p(sign | role of s, role of t)
+//
+// with weights w that let a pair count as at most 25 edges. The order is wrong if some L exceeds that of
+// the usual roles by 10. All explanations within 3 of the best are named.
+
 /// The votes of each pair at the edges of each other pair.
 class EdgeVotes {
  public:
