@@ -14,13 +14,13 @@ CountedFrame SequenceCount::begin(std::uint32_t driver) {
   begun_ = true;
   last_driver_ = driver;
   last_ = base_ + driver;
-  return {last_, Step::first, 0};
+  return {last_, CountStep::first, 0};
 }
 
 CountedFrame SequenceCount::read(std::uint32_t driver) {
   if (!begun_) return begin(driver);
   const auto ahead = static_cast<std::int32_t>(driver - last_driver_);
-  if (ahead == 0) return {last_, Step::repeated, 0};
+  if (ahead == 0) return {last_, CountStep::repeated, 0};
   // No number is below the stream's first one. A jump that would go below it must be a forward jump.
   const bool back =
       ahead < 0 && last_ - base_ >= static_cast<std::uint64_t>(-static_cast<std::int64_t>(ahead));
@@ -28,10 +28,10 @@ CountedFrame SequenceCount::read(std::uint32_t driver) {
   last_driver_ = driver;
   if (back) {
     last_ -= static_cast<std::uint64_t>(-static_cast<std::int64_t>(ahead));
-    return {last_, Step::backwards, 0};
+    return {last_, CountStep::backwards, 0};
   }
   last_ += distance;
-  return {last_, distance == 1 ? Step::next : Step::gap, distance - 1};
+  return {last_, distance == 1 ? CountStep::next : CountStep::gap, distance - 1};
 }
 
 void SequenceCount::restart() {
@@ -113,11 +113,13 @@ CountedFrame FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> c
   else
     next = static_cast<std::int64_t>(base_ + (counter ? *counter : id));
   const auto number = static_cast<std::uint64_t>(std::max(next, static_cast<std::int64_t>(base_)));
-  CountedFrame reading{number, Step::first, 0, false};
+  CountedFrame reading{number, CountStep::first, 0, false};
   if (begun_) {
-    reading.step = number == last_ ? Step::repeated : number < last_ ? Step::backwards : Step::next;
+    reading.step = number == last_  ? CountStep::repeated
+                   : number < last_ ? CountStep::backwards
+                                    : CountStep::next;
     if (number > highest_ + 1) {
-      reading.step = Step::gap;
+      reading.step = CountStep::gap;
       reading.missing = number - highest_ - 1;
       leave_out(highest_ + 1, number);
     }

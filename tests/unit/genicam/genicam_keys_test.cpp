@@ -82,8 +82,8 @@ TEST(GenicamKeys, an_address_where_no_camera_is_gives_a_lost_device) {
 namespace symrig::frame_numbers_test {
 namespace {
 
+using camera::CountStep;
 using camera::FrameNumbers;
-using camera::Step;
 
 TEST(FrameNumbers, ids_of_16_bits_skip_0) {
   FrameNumbers numbers;
@@ -91,10 +91,10 @@ TEST(FrameNumbers, ids_of_16_bits_skip_0) {
   EXPECT_EQ(numbers.read(65'535, {}).number, 65'535U);
   const auto after = numbers.read(1, {});
   EXPECT_EQ(after.number, 65'536U);
-  EXPECT_EQ(after.step, Step::next);
+  EXPECT_EQ(after.step, CountStep::next);
   const auto gap = numbers.read(4, {});
   EXPECT_EQ(gap.missing, 2U);
-  EXPECT_EQ(numbers.read(3, {}).step, Step::backwards);
+  EXPECT_EQ(numbers.read(3, {}).step, CountStep::backwards);
   EXPECT_EQ(numbers.read(5, {}).missing, 0U);
 }
 
@@ -116,7 +116,7 @@ TEST(FrameNumbers, the_trigger_counter_shows_triggers_without_a_frame) {
   EXPECT_EQ(numbers.read(4, 16).number, 16U);
   // Two frames in the wrong order.
   EXPECT_EQ(numbers.read(5, 18).missing, 1U);
-  EXPECT_EQ(numbers.read(6, 17).step, Step::backwards);
+  EXPECT_EQ(numbers.read(6, 17).step, CountStep::backwards);
   EXPECT_EQ(numbers.read(7, 19).missing, 0U);
 }
 

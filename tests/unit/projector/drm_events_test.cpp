@@ -227,7 +227,9 @@ class Events : public ::testing::Test {
     std::memcpy(bytes.data(), &raw, sizeof raw);
     return bytes;
   }
-  Answer<FlipEvent> next(Nanoseconds patience = Nanoseconds{0}) { return events.next(ends[0], patience); }
+  KernelAnswer<FlipEvent> next(Nanoseconds patience = Nanoseconds{0}) {
+    return events.next(ends[0], patience);
+  }
 
   std::array<int, 2> ends{-1, -1};
   FlipEvents events;

@@ -76,15 +76,15 @@ class FakeKms final : public Kms {
   bool is_master() override { return master_; }
   void drop_master() override;
   bool enable_atomic() override { return card_->has_atomic; }
-  Answer<Resources> resources() override;
-  Answer<Connector> connector(std::uint32_t id, bool probe) override;
-  Answer<Crtc> crtc(std::uint32_t id) override;
-  Answer<std::vector<Plane>> planes() override;
-  Answer<std::vector<Property>> properties(std::uint32_t object, Kind kind) override;
-  Answer<std::vector<std::byte>> blob(std::uint32_t id) override;
-  Answer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
+  KernelAnswer<Resources> resources() override;
+  KernelAnswer<Connector> connector(std::uint32_t id, bool probe) override;
+  KernelAnswer<Crtc> crtc(std::uint32_t id) override;
+  KernelAnswer<std::vector<Plane>> planes() override;
+  KernelAnswer<std::vector<Property>> properties(std::uint32_t object, ObjectKind kind) override;
+  KernelAnswer<std::vector<std::byte>> blob(std::uint32_t id) override;
+  KernelAnswer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
   void destroy_blob(std::uint32_t id) override;
-  Answer<Buffer> create_buffer(Grid grid) override;
+  KernelAnswer<Buffer> create_buffer(Grid grid) override;
   void destroy_buffer(const Buffer& buffer) override;
   Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) override;
   Errno set_crtc(const Crtc& crtc, std::span<const std::uint32_t> connectors) override;
@@ -92,10 +92,10 @@ class FakeKms final : public Kms {
   Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) override;
   Errno disable_plane(std::uint32_t plane) override;
   Errno hide_cursor(std::uint32_t) override { return 0; }
-  Answer<Gamma> gamma(std::uint32_t crtc, int size) override;
+  KernelAnswer<Gamma> gamma(std::uint32_t crtc, int size) override;
   Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) override;
   Errno counts_refreshes(std::uint32_t crtc) override;
-  Answer<FlipEvent> next_flip(Nanoseconds patience) override;
+  KernelAnswer<FlipEvent> next_flip(Nanoseconds patience) override;
   bool hotplugged(std::uint32_t connector) override;
   SteadyTime now() override { return card_->time; }
   void sleep_until(SteadyTime time) override { card_->time = std::max(card_->time, time); }

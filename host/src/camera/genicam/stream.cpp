@@ -309,8 +309,8 @@ void GenicamStream::accept(ArvBuffer* buffer) {
     report.missing += reading.missing - without;
     report.overflowed += without;
     report.missing -= reading.found && report.missing > 0 ? 1 : 0;
-    report.repeated += reading.step == Step::repeated ? 1 : 0;
-    report.reordered += reading.step == Step::backwards ? 1 : 0;
+    report.repeated += reading.step == CountStep::repeated ? 1 : 0;
+    report.reordered += reading.step == CountStep::backwards ? 1 : 0;
   });
   CameraFrame frame = develop(buffer, damaged);
   frame.sequence = reading.number;

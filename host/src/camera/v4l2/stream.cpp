@@ -239,8 +239,8 @@ bool Stream::accept(const FilledBuffer& filled) {
 void Stream::count(const CountedFrame& reading) {
   queue_.count([&reading](StreamReport& report) {
     report.missing += reading.missing;
-    if (reading.step == Step::repeated) ++report.repeated;
-    if (reading.step == Step::backwards) ++report.reordered;
+    if (reading.step == CountStep::repeated) ++report.repeated;
+    if (reading.step == CountStep::backwards) ++report.reordered;
   });
 }
 

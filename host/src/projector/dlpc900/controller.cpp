@@ -70,7 +70,7 @@ Command trigger_command(int number) {
 
 }  // namespace
 
-std::string_view name_of(DisplayMode mode) {
+std::string_view name_of(ControllerMode mode) {
   constexpr std::array<std::string_view, 4> kNames{"video", "stored patterns", "video patterns",
                                                    "loaded patterns"};
   return kNames[static_cast<std::size_t>(mode)];
@@ -93,12 +93,12 @@ Result<dlp::Signal> Controller::signal() {
   return signal;
 }
 
-Result<DisplayMode> Controller::display_mode() {
+Result<ControllerMode> Controller::display_mode() {
   SYMRIG_TRY(const std::uint8_t mode, byte(Command::display_mode));
-  return static_cast<DisplayMode>(mode & 3U);
+  return static_cast<ControllerMode>(mode & 3U);
 }
 
-Result<void> Controller::set_display_mode(DisplayMode mode) {
+Result<void> Controller::set_display_mode(ControllerMode mode) {
   return dialogue().write(Command::display_mode, static_cast<std::uint8_t>(mode));
 }
 
@@ -148,8 +148,8 @@ Result<void> look(Controller& controller, DlpController& found) {
   if (const auto mirrors = mirrors_of(type)) found.mirrors = mirrors->name;
   SYMRIG_TRY(const dlp::Status status, controller.status());
   found.healthy = status.initialized() && !status.sequencer_error();
-  SYMRIG_TRY(const DisplayMode mode, controller.display_mode());
-  found.patterns = mode != DisplayMode::video;
+  SYMRIG_TRY(const ControllerMode mode, controller.display_mode());
+  found.patterns = mode != ControllerMode::video;
   found.running = found.patterns && status.sequencing();
   SYMRIG_TRY(const dlp::Signal signal, controller.signal());
   found.signal = dlp::described(signal);

@@ -22,9 +22,9 @@ using dlp::Steps;
 /// In video mode there is no sequence, and the controller refuses to stop one. The mode is written in any
 /// case: it reads wrong for a time after a change.
 Result<void> stop_patterns(Controller& controller) {
-  SYMRIG_TRY(const DisplayMode mode, controller.display_mode());
-  if (mode != DisplayMode::video) SYMRIG_CHECK(controller.set_run(Run::stop));
-  return controller.set_display_mode(DisplayMode::video);
+  SYMRIG_TRY(const ControllerMode mode, controller.display_mode());
+  if (mode != ControllerMode::video) SYMRIG_CHECK(controller.set_run(Run::stop));
+  return controller.set_display_mode(ControllerMode::video);
 }
 
 }  // namespace
@@ -57,7 +57,7 @@ Result<void> restore_state(Controller& controller, const SavedState& state) {
   Steps steps;
   steps.take([&] { return write_settings(controller, state); });
   steps.take([&] {
-    return state.mode == DisplayMode::video ? Result<void>() : controller.set_display_mode(state.mode);
+    return state.mode == ControllerMode::video ? Result<void>() : controller.set_display_mode(state.mode);
   });
   return std::move(steps).result();
 }
@@ -85,7 +85,7 @@ Result<bool> becomes(Nanoseconds patience, Question question) {
   return false;
 }
 
-std::string lost_table(const std::string& name, DisplayMode mode) {
+std::string lost_table(const std::string& name, ControllerMode mode) {
   return fmt::format(
       "{} was in the mode '{}', and does not tell its pattern table: afterwards, send the table again with "
       "the "
@@ -122,7 +122,7 @@ Result<std::unique_ptr<VideoPlanes>> VideoPlanes::begin(Controller controller,
                  "use a DLP6500, DLP9000, DLP670S, DLP500YX or DLP5500"};
   planes->mirrors_ = mirrors->grid;
   SYMRIG_TRY(planes->found_, read_state(planes->controller_));
-  if (planes->found_->mode != DisplayMode::video)
+  if (planes->found_->mode != ControllerMode::video)
     planes->warnings_.push_back(lost_table(planes->name_, planes->found_->mode));
   SYMRIG_CHECK(planes->write(options));
   SYMRIG_CHECK(planes->await_signal(source, options.lock_patience));
@@ -134,7 +134,7 @@ Result<std::unique_ptr<VideoPlanes>> VideoPlanes::begin(Controller controller,
 
 Result<void> VideoPlanes::write(const VideoPlaneOptions& options) {
   wanted_ = *found_;
-  wanted_.mode = DisplayMode::video;
+  wanted_.mode = ControllerMode::video;
   wanted_.source = kParallel24Bits;
   if (options.port) wanted_.receiver = static_cast<std::uint8_t>(*options.port);
   SYMRIG_TRY(const std::int16_t plane_delay, delay_us(options.plane_delay));
@@ -156,8 +156,8 @@ Result<void> VideoPlanes::await_signal(const dlp::PictureSource& source, Nanosec
 }
 
 Result<void> VideoPlanes::enter_pattern_mode(const VideoPlaneOptions& options) {
-  SYMRIG_CHECK(controller_.set_display_mode(DisplayMode::video_patterns));
-  wanted_.mode = DisplayMode::video_patterns;
+  SYMRIG_CHECK(controller_.set_display_mode(ControllerMode::video_patterns));
+  wanted_.mode = ControllerMode::video_patterns;
   std::this_thread::sleep_for(options.mode_time);
   SYMRIG_TRY(const bool entered, becomes(options.patience, [this]() -> Result<bool> {
                SYMRIG_TRY(const SavedState now, read_state(controller_));

@@ -25,7 +25,7 @@ FlipEvent decode(const drm_event_vblank& raw) {
 
 }  // namespace
 
-Answer<FlipEvent> FlipEvents::next(int card, Nanoseconds patience) {
+KernelAnswer<FlipEvent> FlipEvents::next(int card, Nanoseconds patience) {
   const Deadline deadline(patience);
   while (waiting_.empty()) {
     // Rounded up: otherwise the loop would spin during the last millisecond.

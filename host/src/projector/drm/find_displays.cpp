@@ -50,7 +50,7 @@ namespace projector::drm {
 namespace {
 
 std::string model_of(Kms& kms, std::uint32_t connector) {
-  for (const Property& property : kms.properties(connector, Kind::connector).value)
+  for (const Property& property : kms.properties(connector, ObjectKind::connector).value)
     if (property.name == "EDID" && property.value != 0)
       return display_name(kms.blob(static_cast<std::uint32_t>(property.value)).value);
   return {};

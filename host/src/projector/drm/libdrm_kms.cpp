@@ -77,7 +77,7 @@ bool LibdrmKms::enable_atomic() {
   return drmSetClientCap(fd(), DRM_CLIENT_CAP_ATOMIC, 1) == 0;
 }
 
-Answer<std::uint32_t> LibdrmKms::create_blob(std::span<const std::byte> bytes) {
+KernelAnswer<std::uint32_t> LibdrmKms::create_blob(std::span<const std::byte> bytes) {
   std::uint32_t id = 0;
   const Errno error = errno_of(drmModeCreatePropertyBlob(fd(), bytes.data(), bytes.size(), &id));
   return {error, id};
@@ -87,10 +87,10 @@ void LibdrmKms::destroy_blob(std::uint32_t id) {
   drmModeDestroyPropertyBlob(fd(), id);
 }
 
-Answer<Buffer> LibdrmKms::create_buffer(Grid grid) {
+KernelAnswer<Buffer> LibdrmKms::create_buffer(Grid grid) {
   const auto width = static_cast<std::uint32_t>(grid.cols);
   const auto height = static_cast<std::uint32_t>(grid.rows);
-  Answer<Buffer> answer;
+  KernelAnswer<Buffer> answer;
   Buffer& buffer = answer.value;
   std::uint32_t pitch = 0;
   std::uint64_t bytes = 0, offset = 0;
@@ -156,7 +156,7 @@ Errno LibdrmKms::hide_cursor(std::uint32_t crtc) {
   return errno_of(drmModeSetCursor(fd(), crtc, 0, 0, 0));
 }
 
-Answer<Gamma> LibdrmKms::gamma(std::uint32_t crtc, int size) {
+KernelAnswer<Gamma> LibdrmKms::gamma(std::uint32_t crtc, int size) {
   const std::size_t count = size;
   Gamma gamma{std::vector<std::uint16_t>(count), std::vector<std::uint16_t>(count),
               std::vector<std::uint16_t>(count)};
@@ -176,7 +176,7 @@ Errno LibdrmKms::counts_refreshes(std::uint32_t crtc) {
   return errno_of(drmCrtcGetSequence(fd(), crtc, &sequence, &stamp));
 }
 
-Answer<FlipEvent> LibdrmKms::next_flip(Nanoseconds patience) {
+KernelAnswer<FlipEvent> LibdrmKms::next_flip(Nanoseconds patience) {
   return events_.next(fd(), patience);
 }
 
@@ -195,8 +195,8 @@ void LibdrmKms::sleep_until(SteadyTime time) {
   }
 }
 
-// The objects of a card: connectors, CRTCs, planes and their properties. What follows copies libdrm's lists and
-// frees them at once.
+// The objects of a card: connectors, CRTCs, planes and their properties. What follows copies libdrm's lists
+// and frees them at once.
 
 namespace {
 
@@ -257,14 +257,14 @@ Property describe_property(const drmModePropertyRes& raw) {
 
 }  // namespace
 
-Answer<Resources> LibdrmKms::resources() {
+KernelAnswer<Resources> LibdrmKms::resources() {
   errno = 0;
   const Owned<drmModeRes, drmModeFreeResources> raw(drmModeGetResources(fd()));
   if (!raw) return {last_error(), {}};
   return {0, {copy(raw->crtcs, raw->count_crtcs), copy(raw->connectors, raw->count_connectors)}};
 }
 
-Answer<Connector> LibdrmKms::connector(std::uint32_t id, bool probe) {
+KernelAnswer<Connector> LibdrmKms::connector(std::uint32_t id, bool probe) {
   errno = 0;
   const Owned<drmModeConnector, drmModeFreeConnector> raw(probe ? drmModeGetConnector(fd(), id)
                                                                 : drmModeGetConnectorCurrent(fd(), id));
@@ -279,7 +279,7 @@ Answer<Connector> LibdrmKms::connector(std::uint32_t id, bool probe) {
   return {0, std::move(connector)};
 }
 
-Answer<Crtc> LibdrmKms::crtc(std::uint32_t id) {
+KernelAnswer<Crtc> LibdrmKms::crtc(std::uint32_t id) {
   errno = 0;
   const Owned<drmModeCrtc, drmModeFreeCrtc> raw(drmModeGetCrtc(fd(), id));
   if (!raw) return {last_error(), {}};
@@ -288,18 +288,18 @@ Answer<Crtc> LibdrmKms::crtc(std::uint32_t id) {
   return {0, crtc};
 }
 
-Answer<Plane> LibdrmKms::plane(std::uint32_t id) {
+KernelAnswer<Plane> LibdrmKms::plane(std::uint32_t id) {
   errno = 0;
   const Owned<drmModePlane, drmModeFreePlane> raw(drmModeGetPlane(fd(), id));
   if (!raw) return {last_error(), {}};
   return {0, {id, raw->possible_crtcs, raw->crtc_id, copy(raw->formats, raw->count_formats)}};
 }
 
-Answer<std::vector<Plane>> LibdrmKms::planes() {
+KernelAnswer<std::vector<Plane>> LibdrmKms::planes() {
   errno = 0;
   const Owned<drmModePlaneRes, drmModeFreePlaneResources> raw(drmModeGetPlaneResources(fd()));
   if (!raw) return {last_error(), {}};
-  Answer<std::vector<Plane>> planes;
+  KernelAnswer<std::vector<Plane>> planes;
   for (const std::uint32_t id : list(raw->planes, raw->count_planes)) {
     auto found = plane(id);
     if (!found) return {found.error, {}};
@@ -315,12 +315,12 @@ const Property& LibdrmKms::kind_of(std::uint32_t property) {
   return kinds_.emplace(property, raw ? describe_property(*raw) : Property{.id = property}).first->second;
 }
 
-Answer<std::vector<Property>> LibdrmKms::properties(std::uint32_t object, Kind kind) {
+KernelAnswer<std::vector<Property>> LibdrmKms::properties(std::uint32_t object, ObjectKind kind) {
   errno = 0;
   const Owned<drmModeObjectProperties, drmModeFreeObjectProperties> raw(
       drmModeObjectGetProperties(fd(), object, static_cast<std::uint32_t>(kind)));
   if (!raw) return {last_error(), {}};
-  Answer<std::vector<Property>> properties;
+  KernelAnswer<std::vector<Property>> properties;
   const auto values = list(raw->prop_values, raw->count_props);
   for (std::size_t k = 0; k < values.size(); ++k) {
     properties.value.push_back(kind_of(raw->props[k]));
@@ -329,7 +329,7 @@ Answer<std::vector<Property>> LibdrmKms::properties(std::uint32_t object, Kind k
   return properties;
 }
 
-Answer<std::vector<std::byte>> LibdrmKms::blob(std::uint32_t id) {
+KernelAnswer<std::vector<std::byte>> LibdrmKms::blob(std::uint32_t id) {
   errno = 0;
   const Owned<drmModePropertyBlobRes, drmModeFreePropertyBlob> raw(drmModeGetPropertyBlob(fd(), id));
   if (!raw) return {last_error(), {}};

@@ -155,7 +155,7 @@ std::optional<ChosenCrtc> choose_crtc(const Resources& resources, const Connecto
 }
 
 bool is_primary(Kms& kms, const Plane& plane) {
-  const auto properties = kms.properties(plane.id, Kind::plane);
+  const auto properties = kms.properties(plane.id, ObjectKind::plane);
   for (const Property& property : properties.value)
     if (property.name == "type") return property.value == DRM_PLANE_TYPE_PRIMARY;
   return false;

@@ -56,7 +56,7 @@ constexpr Nanoseconds kBusyPause{1'000'000};
 /// period.
 constexpr double kStampTolerance = 0.25;
 
-std::uint32_t property_id(Kms& kms, std::uint32_t object, Kind kind, std::string_view name) {
+std::uint32_t property_id(Kms& kms, std::uint32_t object, ObjectKind kind, std::string_view name) {
   for (const Property& property : kms.properties(object, kind).value)
     if (property.name == name) return property.id;
   return 0;
@@ -74,7 +74,7 @@ bool agrees(const Shown& before, const Shown& after, Nanoseconds period) {
 
 Flipper::Flipper(Kms& kms, const Route& route, bool atomic, Nanoseconds patience)
     : kms_(kms), route_(route), atomic_(atomic), patience_(patience) {
-  if (atomic_) fb_property_ = property_id(kms, route.plane, Kind::plane, "FB_ID");
+  if (atomic_) fb_property_ = property_id(kms, route.plane, ObjectKind::plane, "FB_ID");
 }
 
 Result<void> Flipper::learn(std::span<const std::uint32_t> fbs, std::string& warning) {
@@ -101,7 +101,7 @@ Result<void> Flipper::learn(std::span<const std::uint32_t> fbs, std::string& war
 
 Errno Flipper::send(std::uint32_t fb) {
   if (!atomic_) return kms_.page_flip(route_.crtc, fb, token_);
-  const Setting setting{route_.plane, Kind::plane, fb_property_, fb};
+  const Setting setting{route_.plane, ObjectKind::plane, fb_property_, fb};
   return kms_.commit({&setting, 1}, Commit::flip, token_);
 }
 
@@ -119,7 +119,7 @@ Result<void> Flipper::submit(std::uint32_t fb) {
 }
 
 /// Skips events of flips whose wait timed out.
-Answer<FlipEvent> Flipper::event_of_current() {
+KernelAnswer<FlipEvent> Flipper::event_of_current() {
   const SteadyTime deadline = kms_.now() + patience_;
   while (true) {
     const Nanoseconds left = std::max(Nanoseconds{0}, deadline - kms_.now());
@@ -239,7 +239,7 @@ Result<Shown> Screen::await() {
 }
 
 bool Screen::link_is_bad() {
-  for (const Property& property : kms_->properties(route_.connector, Kind::connector).value)
+  for (const Property& property : kms_->properties(route_.connector, ObjectKind::connector).value)
     if (property.name == "link-status") return property.value == DRM_MODE_LINK_STATUS_BAD;
   return false;
 }

@@ -59,7 +59,7 @@ class Flipper {
 
  private:
   Errno send(std::uint32_t fb);
-  Answer<FlipEvent> event_of_current();
+  KernelAnswer<FlipEvent> event_of_current();
   Result<std::uint64_t> extend(std::uint32_t sequence);
 
   Kms& kms_;

@@ -16,7 +16,7 @@ namespace symrig::projector::drm {
 namespace {
 
 struct Rule {
-  Kind kind;
+  ObjectKind kind;
   std::string_view property;
   std::string_view choice;  // the value's name; empty: use `value`
   std::uint64_t value = 0;
@@ -29,45 +29,45 @@ constexpr std::uint64_t kNoHue = 90, kNoVibrance = 150;
 
 constexpr auto kRules = std::to_array<Rule>({
     // Tables and matrices of the CRTC. Without them codes pass through unchanged.
-    {Kind::crtc, "DEGAMMA_LUT", "", 0, true},
-    {Kind::crtc, "CTM", "", 0, true},
-    {Kind::crtc, "GAMMA_LUT", "", 0, true},
-    {Kind::crtc, "VRR_ENABLED", "", 0},
+    {ObjectKind::crtc, "DEGAMMA_LUT", "", 0, true},
+    {ObjectKind::crtc, "CTM", "", 0, true},
+    {ObjectKind::crtc, "GAMMA_LUT", "", 0, true},
+    {ObjectKind::crtc, "VRR_ENABLED", "", 0},
     // Geometry and transparency.
-    {Kind::plane, "rotation", "rotate-0", 0, true},
-    {Kind::plane, "alpha", "", kOpaque, true},
+    {ObjectKind::plane, "rotation", "rotate-0", 0, true},
+    {ObjectKind::plane, "alpha", "", kOpaque, true},
     // The signal on the cable: full-range RGB, 8 bits per code.
-    {Kind::connector, "Broadcast RGB", "Full"},
-    {Kind::connector, "max bpc", "", 8},
-    {Kind::connector, "Colorspace", "Default"},
-    {Kind::connector, "HDR_OUTPUT_METADATA", "", 0, true},
-    {Kind::connector, "output_csc", "bypass"},
-    {Kind::connector, "dither", "off"},
-    {Kind::connector, "dithering mode", "off"},
-    {Kind::connector, "abm level", "", 0},
-    {Kind::connector, "vibrant hue", "", kNoHue},
-    {Kind::connector, "color vibrance", "", kNoVibrance},
+    {ObjectKind::connector, "Broadcast RGB", "Full"},
+    {ObjectKind::connector, "max bpc", "", 8},
+    {ObjectKind::connector, "Colorspace", "Default"},
+    {ObjectKind::connector, "HDR_OUTPUT_METADATA", "", 0, true},
+    {ObjectKind::connector, "output_csc", "bypass"},
+    {ObjectKind::connector, "dither", "off"},
+    {ObjectKind::connector, "dithering mode", "off"},
+    {ObjectKind::connector, "abm level", "", 0},
+    {ObjectKind::connector, "vibrant hue", "", kNoHue},
+    {ObjectKind::connector, "color vibrance", "", kNoVibrance},
     // Scalers: off, so that the mode is shown pixel by pixel.
-    {Kind::connector, "scaling mode", "None"},
-    {Kind::connector, "underscan", "off"},
-    {Kind::connector, "underscan hborder", "", 0},
-    {Kind::connector, "underscan vborder", "", 0},
-    {Kind::connector, "left margin", "", 0},
-    {Kind::connector, "right margin", "", 0},
-    {Kind::connector, "top margin", "", 0},
-    {Kind::connector, "bottom margin", "", 0},
+    {ObjectKind::connector, "scaling mode", "None"},
+    {ObjectKind::connector, "underscan", "off"},
+    {ObjectKind::connector, "underscan hborder", "", 0},
+    {ObjectKind::connector, "underscan vborder", "", 0},
+    {ObjectKind::connector, "left margin", "", 0},
+    {ObjectKind::connector, "right margin", "", 0},
+    {ObjectKind::connector, "top margin", "", 0},
+    {ObjectKind::connector, "bottom margin", "", 0},
     // Asks the display to leave the picture unchanged (CTA-861 IT content).
-    {Kind::connector, "content type", "Graphics"},
-    {Kind::connector, "DPMS", "On"},
+    {ObjectKind::connector, "content type", "Graphics"},
+    {ObjectKind::connector, "DPMS", "On"},
 });
 
-std::string_view kind_name(Kind kind) {
+std::string_view kind_name(ObjectKind kind) {
   switch (kind) {
-    case Kind::crtc:
+    case ObjectKind::crtc:
       return "CRTC";
-    case Kind::connector:
+    case ObjectKind::connector:
       return "connector";
-    case Kind::plane:
+    case ObjectKind::plane:
       return "plane";
   }
   return "object";
@@ -98,7 +98,7 @@ IdentityValue make_identity(const Rule& rule, std::uint32_t object, const Proper
 
 }  // namespace
 
-std::vector<IdentityValue> identity_values(std::uint32_t object, Kind kind,
+std::vector<IdentityValue> identity_values(std::uint32_t object, ObjectKind kind,
                                            std::span<const Property> properties) {
   std::vector<IdentityValue> identities;
   for (const Rule& rule : kRules)
@@ -125,7 +125,7 @@ namespace {
 
 struct Object {
   std::uint32_t id;
-  Kind kind;
+  ObjectKind kind;
 };
 
 /// Properties of the objects in a takeover, each object read once.
@@ -189,8 +189,9 @@ Result<void> Takeover::cannot(const IdentityValue& identity) {
 
 Result<std::vector<IdentityValue>> Takeover::identities() {
   std::vector<IdentityValue> all;
-  const Object objects[] = {
-      {route.crtc, Kind::crtc}, {route.connector, Kind::connector}, {route.plane, Kind::plane}};
+  const Object objects[] = {{route.crtc, ObjectKind::crtc},
+                            {route.connector, ObjectKind::connector},
+                            {route.plane, ObjectKind::plane}};
   for (const Object object : objects) {
     if (object.id == 0) continue;
     const auto properties = kms.properties(object.id, object.kind);
@@ -216,8 +217,8 @@ Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
     if (const auto setting = table.setting(object, name, value)) settings.push_back(*setting);
   };
   const std::uint64_t width = route.mode.hdisplay, height = route.mode.vdisplay;
-  const Object plane{route.plane, Kind::plane}, crtc{route.crtc, Kind::crtc};
-  set({route.connector, Kind::connector}, "CRTC_ID", route.crtc);
+  const Object plane{route.plane, ObjectKind::plane}, crtc{route.crtc, ObjectKind::crtc};
+  set({route.connector, ObjectKind::connector}, "CRTC_ID", route.crtc);
   set(crtc, "MODE_ID", blob.value);
   set(crtc, "ACTIVE", 1);
   set(plane, "FB_ID", fb);
@@ -233,10 +234,10 @@ Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
                                     {"CRTC_H", height}})
     set(plane, name, value);
   for (const std::uint32_t other : route.other_planes) {
-    set({other, Kind::plane}, "FB_ID", 0);
-    set({other, Kind::plane}, "CRTC_ID", 0);
+    set({other, ObjectKind::plane}, "FB_ID", 0);
+    set({other, ObjectKind::plane}, "CRTC_ID", 0);
   }
-  for (const std::uint32_t other : route.other_connectors) set({other, Kind::connector}, "CRTC_ID", 0);
+  for (const std::uint32_t other : route.other_connectors) set({other, ObjectKind::connector}, "CRTC_ID", 0);
   return settings;
 }
 
@@ -294,7 +295,7 @@ Result<void> Takeover::legacy(std::uint32_t fb) {
 Result<void> Takeover::straighten_gamma() {
   const auto crtc = kms.crtc(route.crtc);
   if (!crtc || crtc.value.gamma_size <= 1) return {};
-  for (const Property& property : kms.properties(route.crtc, Kind::crtc).value)
+  for (const Property& property : kms.properties(route.crtc, ObjectKind::crtc).value)
     if (property.name == "GAMMA_LUT") return {};
   const Gamma straight = straight_gamma(crtc.value.gamma_size);
   auto before = kms.gamma(route.crtc, crtc.value.gamma_size);

@@ -11,13 +11,13 @@
 namespace symrig::camera {
 
 /// How a frame's number compares to the previous one.
-enum class Step : std::uint8_t { first, next, gap, repeated, backwards };
+enum class CountStep : std::uint8_t { first, next, gap, repeated, backwards };
 
 /// What a frame's number means.
 struct CountedFrame {
   std::uint64_t number = 0;  ///< it does not wrap
-  Step step = Step::first;
-  std::uint64_t missing = 0;  ///< Step::gap: the numbers left out before this frame
+  CountStep step = CountStep::first;
+  std::uint64_t missing = 0;  ///< CountStep::gap: the numbers left out before this frame
   bool found =
       false;  ///< its number was left out before: the frame is out of order; told by FrameNumbers only
 };

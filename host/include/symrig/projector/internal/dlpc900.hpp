@@ -62,13 +62,13 @@ struct TriggerOut {
 Result<std::int16_t> delay_us(Nanoseconds delay);
 
 /// What the controller shows (DLPU018J, "Display Mode Selection").
-enum class DisplayMode : std::uint8_t {
+enum class ControllerMode : std::uint8_t {
   video = 0,
   stored_patterns = 1,
   video_patterns = 2,
   loaded_patterns = 3
 };
-std::string_view name_of(DisplayMode mode);
+std::string_view name_of(ControllerMode mode);
 
 /// The table that is used: its entries, and how many patterns are shown.
 struct Counts {
@@ -88,8 +88,8 @@ class Controller : public dlp::Controller {
   Result<std::uint8_t> mirrors();
   /// The rate comes from the pixel clock and the totals of lines and pixels.
   Result<dlp::Signal> signal();
-  Result<DisplayMode> display_mode();
-  Result<void> set_display_mode(DisplayMode mode);
+  Result<ControllerMode> display_mode();
+  Result<void> set_display_mode(ControllerMode mode);
   Result<std::uint8_t> receiver();
   Result<void> set_receiver(std::uint8_t receiver);
   Result<Counts> counts();
@@ -109,7 +109,7 @@ constexpr bool is_locked(const dlp::Status& status) {
 /// The settings of a controller that a video sequence changes, as far as the controller tells them. It does
 /// not tell its pattern table, nor whether an earlier sequence was started.
 struct SavedState {
-  DisplayMode mode = DisplayMode::video;
+  ControllerMode mode = ControllerMode::video;
   std::uint8_t source = 0;
   std::uint8_t receiver = 0;
   TriggerOut frame_trigger, plane_trigger;  ///< TRIG_OUT_1, TRIG_OUT_2

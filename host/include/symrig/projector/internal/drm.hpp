@@ -92,7 +92,7 @@ struct IdentityValue {
 /// The identity values for all known properties of one object.
 /// Documentation: Linux, Documentation/gpu/drm-kms.rst (standard properties); the driver's sources for its
 /// own properties.
-std::vector<IdentityValue> identity_values(std::uint32_t object, Kind kind,
+std::vector<IdentityValue> identity_values(std::uint32_t object, ObjectKind kind,
                                            std::span<const Property> properties);
 
 /// The identity table: v(i) = 65535·i / (size − 1), rounded.
@@ -112,7 +112,7 @@ std::string display_name(std::span<const std::byte> edid);
 class FlipEvents {
  public:
   /// As Kms::next_flip().
-  Answer<FlipEvent> next(int card, Nanoseconds patience);
+  KernelAnswer<FlipEvent> next(int card, Nanoseconds patience);
 
  private:
   Errno read_some(int card);

@@ -24,13 +24,13 @@ namespace symrig::projector::drm {
 using Errno = int;
 
 template <class T>
-struct Answer {
+struct KernelAnswer {
   Errno error = 0;
   T value{};
   explicit operator bool() const { return error == 0; }
 };
 
-enum class Kind : std::uint32_t {
+enum class ObjectKind : std::uint32_t {
   crtc = DRM_MODE_OBJECT_CRTC,
   connector = DRM_MODE_OBJECT_CONNECTOR,
   plane = DRM_MODE_OBJECT_PLANE
@@ -79,7 +79,7 @@ struct Property {
 /// A value for one property of one object.
 struct Setting {
   std::uint32_t object = 0;
-  Kind kind = Kind::crtc;
+  ObjectKind kind = ObjectKind::crtc;
   std::uint32_t property = 0;
   std::uint64_t value = 0;
 };
@@ -125,17 +125,17 @@ class Kms {
   /// Makes all planes visible and asks for atomic commits. false: the driver has no atomic commits.
   virtual bool enable_atomic() = 0;
 
-  virtual Answer<Resources> resources() = 0;
+  virtual KernelAnswer<Resources> resources() = 0;
   /// probe = true: queries the display again (tens of milliseconds). false: returns what the kernel knows.
-  virtual Answer<Connector> connector(std::uint32_t id, bool probe) = 0;
-  virtual Answer<Crtc> crtc(std::uint32_t id) = 0;
-  virtual Answer<std::vector<Plane>> planes() = 0;
-  virtual Answer<std::vector<Property>> properties(std::uint32_t object, Kind kind) = 0;
-  virtual Answer<std::vector<std::byte>> blob(std::uint32_t id) = 0;
-  virtual Answer<std::uint32_t> create_blob(std::span<const std::byte> bytes) = 0;
+  virtual KernelAnswer<Connector> connector(std::uint32_t id, bool probe) = 0;
+  virtual KernelAnswer<Crtc> crtc(std::uint32_t id) = 0;
+  virtual KernelAnswer<std::vector<Plane>> planes() = 0;
+  virtual KernelAnswer<std::vector<Property>> properties(std::uint32_t object, ObjectKind kind) = 0;
+  virtual KernelAnswer<std::vector<std::byte>> blob(std::uint32_t id) = 0;
+  virtual KernelAnswer<std::uint32_t> create_blob(std::span<const std::byte> bytes) = 0;
   virtual void destroy_blob(std::uint32_t id) = 0;
 
-  virtual Answer<Buffer> create_buffer(Grid grid) = 0;
+  virtual KernelAnswer<Buffer> create_buffer(Grid grid) = 0;
   virtual void destroy_buffer(const Buffer& buffer) = 0;
 
   virtual Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) = 0;
@@ -145,13 +145,13 @@ class Kms {
   virtual Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) = 0;
   virtual Errno disable_plane(std::uint32_t plane) = 0;
   virtual Errno hide_cursor(std::uint32_t crtc) = 0;
-  virtual Answer<Gamma> gamma(std::uint32_t crtc, int size) = 0;
+  virtual KernelAnswer<Gamma> gamma(std::uint32_t crtc, int size) = 0;
   virtual Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) = 0;
 
   /// Asks if the card counts refreshes: 0, or EOPNOTSUPP.
   virtual Errno counts_refreshes(std::uint32_t crtc) = 0;
   /// The next flip event. ETIMEDOUT after `patience`.
-  virtual Answer<FlipEvent> next_flip(Nanoseconds patience) = 0;
+  virtual KernelAnswer<FlipEvent> next_flip(Nanoseconds patience) = 0;
   /// true: since the last call, the kernel has reported a hot-plug at this card, at `connector` or at an
   /// unnamed connector.
   virtual bool hotplugged(std::uint32_t connector) = 0;
