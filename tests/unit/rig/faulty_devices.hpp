@@ -2,7 +2,6 @@
 // Devices that misbehave, and how a test knows that a photograph of a virtual rig is of the right pattern.
 #pragma once
 
-#include "faulty_devices.hpp"
 #include "symrig/base/statistics.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
@@ -19,6 +18,24 @@
 #include <vector>
 
 namespace symrig::test {
+
+/// A camera between a rig and another camera, which it borrows.
+class OtherCamera : public Camera {
+ public:
+  explicit OtherCamera(Camera& inner) : inner_(inner) {}
+  Grid grid() const override { return inner_.grid(); }
+  int channels() const override { return inner_.channels(); }
+  CameraTiming timing() const override { return inner_.timing(); }
+  const NoiseModel& noise() const override { return inner_.noise(); }
+  const Image<std::uint8_t>* dead() const override { return inner_.dead(); }
+  std::string describe() const override { return inner_.describe(); }
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
+    return inner_.take(count, patience);
+  }
+
+ private:
+  Camera& inner_;
+};
 
 /// What a camera does wrong: probabilities a frame, and an unplugged cable.
 struct CameraMischief {
@@ -186,24 +203,6 @@ class FaultyProjector final : public Projector {
   Projector& inner_;
   std::shared_ptr<ProjectorMischief> mischief_;
   bool loaded_ = false;
-};
-
-/// A camera between a rig and another camera, which it borrows.
-class OtherCamera : public Camera {
- public:
-  explicit OtherCamera(Camera& inner) : inner_(inner) {}
-  Grid grid() const override { return inner_.grid(); }
-  int channels() const override { return inner_.channels(); }
-  CameraTiming timing() const override { return inner_.timing(); }
-  const NoiseModel& noise() const override { return inner_.noise(); }
-  const Image<std::uint8_t>* dead() const override { return inner_.dead(); }
-  std::string describe() const override { return inner_.describe(); }
-  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
-    return inner_.take(count, patience);
-  }
-
- private:
-  Camera& inner_;
 };
 
 /// Patterns, each with half of the pixels lit. Half the pixels of each are others than of any other, so that
