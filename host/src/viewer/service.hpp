@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What answers requests, and what a finished and a live scene have in common: replies, lights on the wire, the
-// secret.
+// What answers requests, and what a finished and a live scene have in common: replies, lights on the wire,
+// the secret.
 #pragma once
 
 #include "symrig/base/result.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What host and pair say: the greeting with its proofs, what a pair of devices states of itself, and the sizes
-// that its protocol allows.
+// What host and pair say: the greeting with its proofs, what a pair of devices states of itself, and the
+// sizes that its protocol allows.
 #pragma once
 
 #include "symrig/base/result.hpp"
