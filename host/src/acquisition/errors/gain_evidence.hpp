@@ -36,6 +36,8 @@ class GainEvidence {
     std::array<double, kUnknowns> slope{};
     double log_ratio = 0, variance = 0;
     std::size_t node = 0;  ///< channels of a node have one number
+    std::array<std::size_t, 2>
+        blocks{};  ///< what exchanges the light, each with a number of its own in all levels
   };
   bool pair_of(const NodeLevel& level, const Node& node, int channel, std::span<const double> own,
                Pair& pair) const;
@@ -44,7 +46,7 @@ class GainEvidence {
   const BlockTree& tree_;
   std::vector<GainShapes> shapes_;  ///< in tree order; empty until a level needs them
   std::vector<Pair> pairs_;
-  std::size_t nodes_ = 0;  ///< that were looked at
+  std::size_t nodes_ = 0, blocks_ = 0;  ///< that were looked at
 };
 
 }  // namespace symrig::acquisition
