@@ -26,6 +26,15 @@ constexpr double kPriorShape = 0.5, kPriorVeil = 0.02;
 constexpr double kLeastMisfit = 1e-3;
 constexpr int kRounds = 8;
 
+using Unknowns = Eigen::Matrix<double, kGainShapes + 1, 1>;
+using Square = Eigen::Matrix<double, kGainShapes + 1, kGainShapes + 1>;
+
+Square scatter(std::span<const Unknowns> scores) {
+  Square sum = Square::Zero();
+  for (const Unknowns& one : scores) sum += one * one.transpose();
+  return sum;
+}
+
 double sum(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
@@ -90,10 +99,16 @@ void GainEvidence::add(const NodeLevel& level) {
     tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t n) {
       good[n] = pair_of(level, nodes[n], channel, own, pairs[n]) ? 1 : 0;
     });
-    for (std::size_t n = 0; n < nodes.size(); ++n)
-      if (good[n] != 0) pairs_.push_back(pairs[n]), pairs_.back().node = nodes_ + n;
+    for (std::size_t n = 0; n < nodes.size(); ++n) {
+      if (good[n] == 0) continue;
+      pairs[n].node = nodes_ + n;
+      pairs[n].blocks = {blocks_ + static_cast<std::size_t>(nodes[n].row),
+                         blocks_ + static_cast<std::size_t>(nodes[n].col)};
+      pairs_.push_back(pairs[n]);
+    }
   }
   nodes_ += nodes.size();
+  blocks_ += blocks;
 }
 
 // Each pair says log(Σc / Σr) = slope · x + error, x: the shapes and the veil (GainEvidence). x minimises
@@ -106,54 +121,55 @@ void GainEvidence::add(const NodeLevel& level) {
 //    hold beside the pair's own. It is never below kLeastMisfit.
 // 2. Weights w = biweight / σ². Normal equations N = Σ w slope slope' + prior, right side Σ w left slope.
 // 3. x moves by N⁻¹ right; eight rounds are enough.
-// 4. Covariance of x: N⁻¹ S N⁻¹ with S = Σ_nodes g g', g = Σ_channels w left slope. The nodes' own
-//    scatter counts here, not the stated variance, and the channels of a node err together. It counts
-//    twice: parents and children show the same light.
+// 4. Covariance of x: 2 N⁻¹ M N⁻¹. M is not the stated variance but the scatter of the nodes' scores
+//    g = Σ_channels w left slope. Other light is in all pairs of its block, so nodes with a block in common
+//    do not err independently: M = Σ_blocks (Σ g)(Σ g)' − Σ_nodes g g' [Aronow15]. That need not be
+//    positive: the larger of it and Σ_nodes g g' counts. Twice: parents and children show the same light.
 // 5. The mismatch is the rms of shape · x over the pixels, its sigma that of the covariance in the same
 //    sum. The veil is fitted, so that it is not taken for a shape; it is no part of the mismatch.
 GainMismatch GainEvidence::fit() const {
-  using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
-  using Square = Eigen::Matrix<double, kUnknowns, kUnknowns>;
   if (pairs_.size() < kFewestPairs) return {};
   Unknowns found = Unknowns::Zero();
-  Square covariance;
+  Square independent, clustered;
   std::vector<double> off(pairs_.size());
-  std::vector<Unknowns> of_node(nodes_);
+  std::vector<Unknowns> of_node(nodes_), of_block(blocks_);
   for (int round = 0; round < kRounds; ++round) {
     for (std::size_t k = 0; k < pairs_.size(); ++k)
       off[k] = pairs_[k].log_ratio - found.dot(Unknowns(pairs_[k].slope.data()));
     const double misfit = std::max(kLeastMisfit, robust_sigma(off, 0));
-    Square normal = Square::Zero(), scatter = Square::Zero();
-    // Other light in a node's photographs has most of its colour too: its channels do not err independently.
+    Square normal = Square::Zero();
     std::fill(of_node.begin(), of_node.end(), Unknowns(Unknowns::Zero()));
+    std::fill(of_block.begin(), of_block.end(), Unknowns(Unknowns::Zero()));
     for (int s = 0; s < kGainShapes; ++s) normal(s, s) = 1 / (kPriorShape * kPriorShape);
     normal(kGainShapes, kGainShapes) = 1 / (kPriorVeil * kPriorVeil);
     Unknowns right = -normal * found;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double variance = pairs_[k].variance + misfit * misfit;
       const double weight = tukey_weight(off[k] / std::sqrt(variance)) / variance;
-      const Unknowns slope(pairs_[k].slope.data());
+      const Unknowns slope(pairs_[k].slope.data()), score = weight * off[k] * slope;
       normal += weight * slope * slope.transpose();
-      of_node[pairs_[k].node] += weight * off[k] * slope;
-      right += weight * off[k] * slope;
+      right += score;
+      of_node[pairs_[k].node] += score;
+      for (const std::size_t block : pairs_[k].blocks) of_block[block] += score;
     }
-    for (const Unknowns& one : of_node) scatter += one * one.transpose();
-    const Square inverse = normal.inverse();
+    const Square inverse = normal.inverse(), alone = scatter(of_node);
     found += inverse * right;
     // Parents and children show the same light in photographs of their own; so a pair counts about twice.
-    covariance = 2 * inverse * scatter * inverse;
+    independent = 2 * inverse * alone * inverse;
+    clustered = 2 * inverse * (scatter(of_block) - alone) * inverse;
   }
   GainMismatch mismatch;
-  double square = 0, variance = 0;
+  double square = 0, variance = 0, shared = 0;
   for (const GainShapes& one : shapes_) {
     const Eigen::Map<const Eigen::Matrix<double, kGainShapes, 1>> shape(one.data());
     square += std::pow(shape.dot(found.head<kGainShapes>()), 2);
-    variance += shape.dot(covariance.topLeftCorner<kGainShapes, kGainShapes>() * shape);
+    variance += shape.dot(independent.topLeftCorner<kGainShapes, kGainShapes>() * shape);
+    shared += shape.dot(clustered.topLeftCorner<kGainShapes, kGainShapes>() * shape);
   }
   const auto pixels = static_cast<double>(shapes_.size());
   std::copy_n(found.data(), kGainShapes, mismatch.shape.begin());
   mismatch.rms = std::sqrt(square / pixels);
-  mismatch.sigma = std::sqrt(variance / pixels);
+  mismatch.sigma = std::sqrt(std::max(variance, shared) / pixels);
   mismatch.found = mismatch.sigma > 0 && mismatch.rms > GainMismatch::sigmas * mismatch.sigma;
   return mismatch;
 }

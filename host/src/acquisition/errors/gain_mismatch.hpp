@@ -38,7 +38,8 @@ class GainEvidence {
   struct Pair {
     std::array<double, kUnknowns> slope{};
     double log_ratio = 0, variance = 0;
-    std::size_t node = 0;  ///< channels of a node have one number
+    std::size_t node = 0;                 ///< channels of a node have one number
+    std::array<std::size_t, 2> blocks{};  ///< each block of each level has a number of its own
   };
   bool pair_of(const NodeLevel& level, const Node& node, int channel, std::span<const double> own,
                Pair& pair) const;
@@ -47,7 +48,7 @@ class GainEvidence {
   const BlockTree& tree_;
   std::vector<GainShapes> shapes_;  ///< in tree order; empty until a level needs them
   std::vector<Pair> pairs_;
-  std::size_t nodes_ = 0;  ///< that were looked at
+  std::size_t nodes_ = 0, blocks_ = 0;  ///< that were looked at
 };
 
 /// A photograph in a sum of check photographs of a set.
