@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs behind sockets: the photographs, the secret, and hosts and pairs that misbehave.
 #include "assert_ok.hpp"
-#include "rig/pairs/pair_proof.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "scratch.hpp"
 #include "symrig/board/internal/links.hpp"
 #include "symrig/rig/pair_link.hpp"

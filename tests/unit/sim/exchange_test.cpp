@@ -2,7 +2,6 @@
 
 #include "sim/light/exchange.hpp"
 
-#include "sim/light/lane_fft.hpp"
 #include "sim/light/random.hpp"
 #include "sim/scenes.hpp"
 
