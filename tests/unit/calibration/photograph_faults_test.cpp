@@ -26,8 +26,8 @@ namespace {
 
 using test::Bench;
 using test::change_each;
-using test::looked_up;
 using test::compressed;
+using test::looked_up;
 using test::overlap;
 using test::Photographs;
 using test::reorder;
