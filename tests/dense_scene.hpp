@@ -4,7 +4,7 @@
 
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <cmath>
 #include <functional>

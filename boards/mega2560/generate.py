@@ -24,7 +24,7 @@ def load():
     outputs = [line["port"] for line in board["line"] if line.get("output")]
     wanted = [f"PA{k}" for k in range(len(outputs))] + INPUT_PORTS
     if len(outputs) != 6 or ports != wanted:
-        sys.exit(f"generate.py: board.toml's lines are on {ports}; src/lines.hpp needs {wanted}")
+        sys.exit(f"generate.py: board.toml's lines are on {ports}; src/interrupts.hpp needs {wanted}")
     return board
 
 

@@ -9,6 +9,7 @@ usage: boards/pico/generate.py header FILE     the pin header of the firmware
 
 import json
 import pathlib
+import statistics
 import sys
 import tomllib
 
@@ -151,17 +152,25 @@ def record(board):
 def tables(board):
     """Name of the marker -> Markdown."""
     ns = 1e9 / board["timing"]["tick_hz"]
-    pins = ["| line | name | pin | direction | time-stamps | waits | trip | used for | while booting |", "|---|---|---|---|---|---|---|---|---|"]
-    for i, line in enumerate(board["line"]):
-        ticks = stamp_ticks(board, line)
-        stamp = f'{"PIO" if line.get("stamp") == "pio" else "interrupt"}, {ticks * ns:.0f} ns'
-        pins.append(
-            f'| {i} | `{line["name"]}` | GPIO{line["gpio"]} | {"output" if line.get("output") else "input"} | {stamp} | '
-            f'{", ".join(line.get("waits", [])) or "-"} | {"yes" if line.get("trips") else "-"} | {line["use"]} | {line["boot"]} |'
-        )
-    for name, use in (("alive", "square wave while the firmware is healthy"), ("led", "state of the board")):
-        pins.append(f'| - | `{name}` | GPIO{board["pins"][name]} | output | - | - | - | {use} | low |')
-    pins.append(f'| - | `vbus` | GPIO{board["pins"]["vbus"]} | input | - | - | - | the USB cable\'s 5 V, on the board | input with pull-down |')
+    pins = []
+    for output in (True, False):
+        lines = [(i, line) for i, line in enumerate(board["line"]) if bool(line.get("output")) == output]
+        stamps = {i: f'{"PIO" if line.get("stamp") == "pio" else "interrupt"}, {stamp_ticks(board, line) * ns:.0f} ns' for i, line in lines}
+        usual_stamp = statistics.mode(stamps.values())
+        usual_boot = statistics.mode(line["boot"] for _, line in lines)
+        head = "Outputs" if output else "Inputs"
+        pins += [f"**{head}.** Stamps: by {usual_stamp}. While booting: {usual_boot}. Exceptions are in brackets.", ""]
+        for i, line in lines:
+            more = [stamps[i]] if stamps[i] != usual_stamp else []
+            more += [f'waits: {", ".join(line["waits"])}'] if line.get("waits") else []
+            more += ["trips"] if line.get("trips") else []
+            more += [line["boot"]] if line["boot"] != usual_boot else []
+            pins.append(f'- {i} `{line["name"]}`, GPIO{line["gpio"]}: {line["use"]}' + (f' ({"; ".join(more)})' if more else ""))
+        pins.append("")
+    pins += ["Pins that are not lines:", ""]
+    for name, use in (("alive", "output, a square wave while the firmware is healthy"), ("led", "output, the state of the board")):
+        pins.append(f'- `{name}`, GPIO{board["pins"][name]}: {use}')
+    pins.append(f'- `vbus`, GPIO{board["pins"]["vbus"]}: input, the USB cable\'s 5 V on the board')
     timing, resources = board["timing"], board["resources"]
     rows = [
         ("one tick", f"{ns:.0f} ns"),
@@ -173,7 +182,7 @@ def tables(board):
         ("refilling one word", f'at most {timing["refill_ticks"]} ticks, {timing["refill_ticks"] * ns / 1e3:.1f} µs'),
         ("round of the main loop", f'at most {timing["poll_ticks"]} ticks, {timing["poll_ticks"] * ns / 1e3:.0f} µs'),
     ]
-    numbers = ["| what | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)]
+    numbers = [f"- {name}: {value}" for name, value in rows]
     return {"pins": "\n".join(pins), "numbers": "\n".join(numbers)}
 
 

@@ -3,7 +3,7 @@
 
 #include "foreign_rig.hpp"
 #include <symrig/acquisition/probe.hpp>
-#include <symrig/base/stopwatch.hpp>
+#include <symrig/base/time.hpp>
 
 #include <algorithm>
 #include <cmath>

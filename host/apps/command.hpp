@@ -4,7 +4,10 @@
 #include "symrig/base/result.hpp"
 
 #include <functional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -29,5 +32,16 @@ inline void add_json(CLI::App& command, std::string& file) {
 /// Shown at the end of each command's help.
 inline constexpr const char* kExitCodes =
     "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit (5 also when stopped by Ctrl-C).";
+
+/// A command of a program; those of `symrig` are the lines of commands.def.
+struct Command {
+  std::string_view name;
+  const char* about;
+  Job (*add)(CLI::App& command);
+};
+
+/// The commands of `symrig`.
+std::span<const Command> commands();
+std::vector<std::string_view> command_names(std::span<const Command> of = commands());
 
 }  // namespace symrig::apps

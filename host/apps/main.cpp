@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
 
 int main(int argc, char** argv) {
   symrig::reserve_standard_streams();

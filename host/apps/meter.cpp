@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "meter.hpp"
 
-#include "choices.hpp"
-#include "console.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "symrig/base/files.hpp"
 #include "terminal_line.hpp"
 
 #include <algorithm>

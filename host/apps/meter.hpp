@@ -2,8 +2,7 @@
 #pragma once
 
 #include "symrig/base/progress.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/base/time_to_go.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstdint>
 #include <string>

@@ -1,26 +1,142 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "program.hpp"
 
-#include "console.hpp"
-#include "invocation.hpp"
+#include "command.hpp"
 #include "meter.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/base/standard_streams.hpp"
-#include "usage.hpp"
+#include "output.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <exception>
 #include <new>
 #include <optional>
+#include <span>
 #include <sstream>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <malloc.h>
 
 namespace symrig::apps {
+
 namespace {
+
+constexpr Command kCommands[] = {
+#define SYMRIG_COMMAND_ROW(name, about) {#name, about, add_##name},
+#include "commands.def"
+#undef SYMRIG_COMMAND_ROW
+};
+
+constexpr const char* kExample =
+    "Example:\n"
+    "  symrig capture --rig 'sim:vgroove-textured?size=64x64' -o scene.h5   measure how the scene "
+    "transports light\n"
+    "  symrig relight scene.h5 --light letters -o relit.png                 compute the picture "
+    "under new light\n"
+    "  symrig report scene.h5 -o report.html                                one page with pictures "
+    "and numbers\n"
+    "\n"
+    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.\n"
+    "Each command has its own help: symrig help capture";
+
+}  // namespace
+
+std::span<const Command> commands() {
+  return kCommands;
+}
+
+std::vector<std::string_view> command_names(std::span<const Command> of) {
+  std::vector<std::string_view> names;
+  names.reserve(of.size());
+  for (const Command& command : of) names.push_back(command.name);
+  return names;
+}
+
+const Program& symrig_program() {
+  static const Program program{"symrig",
+                               "measures how a real scene transports light, and relights it",
+                               "symrig measures how a real scene transports light, and lets you relight it.",
+                               kExample,
+                               kCommands,
+                               catch_interrupts,
+                               true};
+  return program;
+}
+
+namespace {
+
+/// The option's name: "--rig" of "--rig=x", "-o" of "-oscene.h5"; empty if the word is not an option. A
+/// number below 0 is a value.
+std::string option_in(const std::string& word) {
+  if (word.size() < 2 || word[0] != '-' || word == "--") return {};
+  if (word[1] == '-') return word.substr(0, word.find('='));
+  const bool number = (word[1] >= '0' && word[1] <= '9') || word[1] == '.';
+  return number ? std::string() : word.substr(0, 2);
+}
+
+/// The number of following words that are values of the option, whatever they look like.
+std::size_t values_after(const CLI::Option& option, const std::string& word, const std::string& name) {
+  const bool joined = word.size() > name.size();
+  const int least = std::max(0, option.get_items_expected_min());
+  return joined ? 0 : static_cast<std::size_t>(least);
+}
+
+/// Long names without their dashes.
+std::vector<std::string> option_names(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back(name);
+  return names;
+}
+
+std::string no_option(const CLI::App& command, const std::string& name) {
+  const std::vector<std::string> names = option_names(command);
+  const std::vector<std::string_view> known(names.begin(), names.end());
+  const std::size_t dashes = std::min<std::size_t>(name.find_first_not_of('-'), name.size());
+  const auto nearest = nearest_name(std::string_view(name).substr(dashes), known);
+  const std::string meant = nearest ? fmt::format("; did you mean '--{}'?", *nearest) : std::string();
+  return fmt::format("there is no option '{}'{}", name, meant);
+}
+
+/// "there is no command 'captur'; did you mean 'capture'? commands: capture, relight".
+std::string no_command(std::string_view word, std::span<const std::string_view> commands) {
+  return fmt::format("there is no command '{}'; {}commands: {}", word, suggestion(word, commands),
+                     listed(commands));
+}
+
+/// The first word that looks like an option but is unknown, with the nearest known one: "there is no option
+/// '--rgi'; did you mean '--rig'?". Nothing if all are known. The parser alone would first report a missing
+/// required option.
+/// words: what follows the command.
+std::optional<std::string> unknown_option(const CLI::App& command, std::span<const std::string> words) {
+  for (std::size_t k = 0; k < words.size() && words[k] != "--"; ++k) {
+    const std::string name = option_in(words[k]);
+    if (name.empty()) continue;
+    const CLI::Option* option = command.get_option_no_throw(name);
+    if (option == nullptr) return no_option(command, name);
+    k += values_after(*option, words[k], name);
+  }
+  return std::nullopt;
+}
+
+/// "--json is empty": usually an unset variable of a script. Nothing if every option has a value.
+std::optional<std::string> empty_value(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->count() == 0 || option->get_items_expected_min() == 0) continue;  // may go without a value
+    const auto& values = option->results();
+    if (std::any_of(values.begin(), values.end(), [](const std::string& value) { return value.empty(); }))
+      return fmt::format("{} is empty; give a value, or remove the option", option->get_name());
+  }
+  return std::nullopt;
+}
 
 std::string& running_program() {
   static std::string name = "symrig";
@@ -139,6 +255,53 @@ int run_program(const Program& program, int argc, char** argv) {
     print_error("", std::string("internal fault: ") + error.what());
   }
   return kFault;
+}
+
+namespace {
+
+std::string& remembered() {
+  static std::string line;
+  return line;
+}
+
+bool plain(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view("_./:=,+-@%").find(c) != std::string_view::npos;
+}
+
+std::string quoted(std::string_view word) {
+  std::string out(word);
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return out;
+  out.assign(1, '\'');
+  for (const char c : word) {
+    if (c == '\'')
+      out.append("'\\''");
+    else
+      out.push_back(static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c);
+  }
+  out.push_back('\'');
+  return out;
+}
+
+}  // namespace
+
+std::string shell_line(std::span<const char* const> words) {
+  std::string line;
+  for (const char* word : words) {
+    if (!line.empty()) line.push_back(' ');
+    line.append(quoted(word));
+  }
+  return line;
+}
+
+void remember_command_line(int argc, const char* const* argv) {
+  std::vector<const char*> words{program_name().c_str()};
+  if (argc > 1) words.insert(words.end(), argv + 1, argv + argc);
+  remembered() = shell_line(words);
+}
+
+Made made_now() {
+  return {utc_now(), SYMRIG_VERSION, remembered()};
 }
 
 }  // namespace symrig::apps

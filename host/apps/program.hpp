@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "command_table.hpp"
+#include "command.hpp"
+#include "symrig/report/summary.hpp"
 
 #include <span>
 #include <string>
@@ -38,5 +39,15 @@ void keep_freed_memory();
 
 /// The name of the program that runs, for messages; "symrig" before run_program().
 const std::string& program_name();
+
+/// Quotes words as one line that a shell splits into the same words. Control characters become '?'.
+std::string shell_line(std::span<const char* const> words);
+
+/// Stores the command line. main calls this once. The first word becomes the name of the program, whatever
+/// the path of the command.
+void remember_command_line(int argc, const char* const* argv);
+
+/// The present time, this version, and the stored command line.
+Made made_now();
 
 }  // namespace symrig::apps

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_input.hpp"
 
-#include "colour.hpp"
-#include "console.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "output.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/board/board.hpp"
-#include "symrig/board/board_file.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 

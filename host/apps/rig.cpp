@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "rig.hpp"
 
 #include "meter.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/job/trouble.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/job/rig_by_name.hpp"
+
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig::apps {
+
 namespace {
 
 bool not_interrupted() {
@@ -72,6 +76,12 @@ std::string rig_help() {
          "HDF5 file\n"
          "Scenes:\n" +
          scene_help() + "Keys of a simulated rig, with their defaults:\n" + scene_key_help();
+}
+
+Result<OpenedScene> open_here(const std::string& path, const LoadOptions& options) {
+  SYMRIG_TRY(StoredScene scene, load_scene(path, options));
+  auto transport = std::make_shared<const TransportTensor>(scene.tensor);
+  return OpenedScene{std::move(scene), std::move(transport)};
 }
 
 }  // namespace symrig::apps

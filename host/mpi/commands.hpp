@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "opened_scene.hpp"
 #include "program.hpp"
+#include "rig.hpp"
 
 namespace symrig::mpi {
 

@@ -5,7 +5,7 @@
 #include "meter.hpp"
 #include "program.hpp"
 #include "ranks.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
 
 #include <csignal>
 #include <exception>

@@ -2,7 +2,7 @@
 // usage: symrig_mpi_manual FOLDER
 // Writes FOLDER/man1/*.1: manual pages of `symrig-mpi`, as symrig_manual does those of `symrig`.
 #include "commands.hpp"
-#include "manual/write_pages.hpp"
+#include "manual/pages.hpp"
 
 namespace symrig::mpi {
 namespace {

@@ -2,14 +2,13 @@
 #include "polish.hpp"
 
 #include "acquisition/errors/checks.hpp"
-#include "acquisition/refine/finishing.hpp"
 #include "acquisition/refine/polish.hpp"
-#include "acquisition/search/flood_lit.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "capture_photographs.hpp"
-#include "report/capture_facts.hpp"
-#include "report/json_text.hpp"
-#include "requests.hpp"
+#include "acquisition/search/finishing.hpp"
+#include "acquisition/tree/node.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "polish_parts.hpp"
+#include "ranks.hpp"
+#include "symrig/report/internal/json_text.hpp"
 #include "symrig/report/summary.hpp"
 
 #include <algorithm>

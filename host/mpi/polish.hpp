@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/refine/polish_team.hpp"
+#include "acquisition/refine/polish.hpp"
 #include "polish_parts.hpp"
 #include "ranks.hpp"
 #include "symrig/acquisition/error_estimate.hpp"

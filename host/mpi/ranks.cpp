@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "ranks.hpp"
 
 #include "petsc.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,6 +14,7 @@
 #include <mpi.h>
 
 namespace symrig::mpi {
+
 namespace {
 
 /// MPI counts in int.
@@ -124,6 +127,41 @@ void meet() {
 void abort_all(int exit_code) {
   MPI_Abort(MPI_COMM_WORLD, exit_code);
   std::abort();
+}
+
+Together::~Together() {
+  if (done_) return;
+  write_standard_error(
+      "symrig-mpi: a rank cannot go on (out of memory?); use more machines or a smaller scene\n");
+  abort_all(exit_code(ErrorCode::limit));
+}
+
+Result<void> start_petsc() {
+  PetscBool started = PETSC_FALSE;
+  SYMRIG_CHECK(checked(PetscInitialized(&started), "PetscInitialized"));
+  if (started == PETSC_TRUE) return {};
+  PETSC_COMM_WORLD = MPI_COMM_SELF;
+  SYMRIG_CHECK(checked(PetscOptionsSetValue(nullptr, "-no_signal_handler", "1"), "PetscOptionsSetValue"));
+  SYMRIG_CHECK(checked(PetscOptionsSetValue(nullptr, "-skip_petscrc", "1"), "PetscOptionsSetValue"));
+  SYMRIG_CHECK(checked(PetscInitializeNoArguments(), "PetscInitialize"));
+  return checked(PetscPushErrorHandler(PetscReturnErrorHandler, nullptr), "PetscPushErrorHandler");
+}
+
+void end_petsc() {
+  PetscBool started = PETSC_FALSE;
+  if (PetscInitialized(&started) == 0 && started == PETSC_TRUE) static_cast<void>(PetscFinalize());
+}
+
+Result<void> checked(PetscErrorCode code, const char* call) {
+  if (code == 0) return {};
+  return Error{ErrorCode::fault, fmt::format("{} of PETSc failed with code {}", call, static_cast<int>(code)),
+               "report this with the scene and the command"};
+}
+
+Result<VecOwner> new_vec(PetscInt n) {
+  Vec vec = nullptr;
+  SYMRIG_CHECK(checked(VecCreateSeq(PETSC_COMM_SELF, n, &vec), "VecCreateSeq"));
+  return VecOwner(vec);
 }
 
 }  // namespace symrig::mpi

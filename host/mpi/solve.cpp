@@ -2,7 +2,7 @@
 #include "solve.hpp"
 
 #include "petsc.hpp"
-#include "symrig/image/finite.hpp"
+#include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <cmath>

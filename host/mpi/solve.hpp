@@ -14,7 +14,7 @@ struct SolveOptions {
   double most = 1;           ///< largest light of a pixel; 1 is full light
   double tolerance = 0.001;  ///< stop when residual − unreachable is at most this
   int applications = 50;     ///< of T and Tᵀ together, at most
-  /// For comparisons (docs/benchmarks/machines.md): TAO's name of a solver with bounds, and D = 1 if not
+  /// For comparisons (docs/research/machines.md): TAO's name of a solver with bounds, and D = 1 if not
   /// scaled.
   std::string method = "bqnls";
   bool scaled = true;

@@ -81,7 +81,7 @@ def cpp():
     view = "{{reinterpret_cast<const char*>({0}), sizeof({0})}}"
     return (
         HEAD
-        + '// Made by host/viewer/bundle.py.\n#include "viewer/page_bytes.hpp"\n\nnamespace symrig::viewer {\nnamespace {\n\n'
+        + '// Made by host/viewer/bundle.py.\n#include "viewer/page_text.hpp"\n\nnamespace symrig::viewer {\nnamespace {\n\n'
         + array("kPage", page().encode())
         + array("kKernel", kernel)
         + "\n}  // namespace\n\n"

@@ -7,7 +7,7 @@
 // times the usual last cache was written and another read in between. Best of the rounds, everything
 // alternating.
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 //   5000 0
 #include "daemon.hpp"
 #include "measure.hpp"
-#include "realtime.hpp"
+#include "process.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -4,8 +4,8 @@
 #include "symrig/board/clock_model.hpp"
 
 #include "clock_world.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,8 +2,8 @@
 // How well Gray-code sequences of random scenes are decoded, against their known maps. One line a seed, then
 // all of them. Nothing of the decoder was chosen on seeds from 101 on.
 #include "random_sequence.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 
 #include <algorithm>

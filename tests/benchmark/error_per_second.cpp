@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // benchmark_error_per_second [SIZE [PROFILES [SCENES [SEED [SEEDS]]]]]: the table of
-// docs/benchmarks/error-per-second.md, as CSV: what several ways to capture cost and leave, on every scene
+// docs/research/error-per-second.md, as CSV: what several ways to capture cost and leave, on every scene
 // and on sim:random.
 //   SIZE      default 64x64
 //   PROFILES  of the rig, separated by commas; default screen60
 //   SCENES    "fixed" for the nine scenes, "random" for the seeds, "all" (default)
 //   SEED      of the nine scenes, default 7
 //   SEEDS     of sim:random, default 1-20
-// Seeds from 21 on are not for choosing rules: they are judged once, in the end (docs/random-scenes.md).
+// Seeds from 21 on are not for choosing rules: they are judged once, in the end
+// (docs/research/random-scenes.md).
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/sim/virtual_rig.hpp"

@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the tables of docs/benchmarks/error-per-second.md from the CSV of benchmark_error_per_second.
+"""Writes the tables of docs/research/error-per-second.md from the CSV of benchmark_error_per_second.
 
 usage: tests/benchmark/error_per_second_table.py CSV [BEFORE [PAGE]]
 

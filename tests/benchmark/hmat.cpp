@@ -3,7 +3,7 @@
 // them, and the direct light on the diagonal) as a tensor and as an H-matrix of hmat-oss; error, bytes and
 // time of one apply side by side, one thread, processor time. JSON lines on standard output. Run it with
 // OPENBLAS_NUM_THREADS=1, so that the threads of hmat-oss's BLAS do not count against it.
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>

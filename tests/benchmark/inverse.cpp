@@ -6,7 +6,7 @@
 #include "ranks.hpp"
 #include "solve.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/job/light.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <cstdio>

@@ -8,8 +8,8 @@
 // of symrig-mpi take between the ranks, by their size.
 #include "dealt_transport.hpp"
 #include "ranks.hpp"
-#include "symrig/base/random.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cmath>

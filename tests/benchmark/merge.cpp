@@ -8,9 +8,8 @@
 // busy machine disturbs all alike. Bytes are counted as STREAM does: what is named, not what a cache fetches.
 #include "symrig/hdr/merge.hpp"
 
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/hdr/merge_stream.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 #include "unit/hdr/merge_contest.hpp"
 
 #include <algorithm>

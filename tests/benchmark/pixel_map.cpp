@@ -2,9 +2,10 @@
 // How well a folder of real Gray-code photographs is decoded, and how much that hangs on what decoding takes
 // as given: one line a decoder, then (--sensitivity) one a constant at half and at twice its value, on the
 // photographs and on simulated ones with a known map.
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/calibration/pixel_map.hpp"
+
+#include "symrig/base/time.hpp"
 #include "symrig/calibration/first_bounce.hpp"
-#include "symrig/calibration/map_quality.hpp"
 #include "unit/calibration/synthetic_photographs.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 // benchmark_relight scene.h5: time of one relit photograph against the machine's memory speed, both measured
 // in this run, alternating.
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>

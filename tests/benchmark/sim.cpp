@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time of one T p, one channel, one core, at 310×350 (the grid of [Garg06] Table 1), and of making the scene.
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>

@@ -4,7 +4,7 @@
 // the coaxial check finds on that rig. tests/benchmark/stability runs it.
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 

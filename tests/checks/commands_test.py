@@ -16,7 +16,7 @@ CHECK = ROOT / "tools" / "check-commands"
 PAGE, PROGRAMS, RIG = "command-line.md", "howto-programs.md", "rig-file.md"
 # Page, its text, the text in place of it, what the check must print. A row ends with "\n".
 PLANTED = {
-    "a missing row": (PAGE, "| [`fit`](#fit) | makes a first-bounce tensor from existing photographs |\n", "", "the command fit is only in the command"),
+    "a missing row": (PAGE, "| [`fit`](#fit) | Fit a tensor of direct and global light to Gray-code photographs already taken |\n", "", "the command fit is only in the command"),
     "an invented row": (PAGE, "| [`trace`](#trace) |", "| `jelly` | shakes |\n| [`trace`](#trace) |", "the command jelly is only in the document"),
     "a row of another section": (PAGE, "| [`view`](#view) |", "| [`view`](#report) |", "the row of view links to report"),
     "a missing section": (PAGE, "## conformance\n", "## Conformance\n", "no section on conformance"),

@@ -54,9 +54,11 @@ class Tree:
         self.program(self.root / "tools" / "plan", "plan", plan)
         self.program(self.bin / "cmake", "cmake", 'mkdir -p build/release build/asan-ubsan build/tsan')
         fuzz = self.root / "build" / "fuzz" / "tests" / "fuzz"
-        for folder in (fuzz, self.root / "tests" / "fuzz" / "corpus" / "frame"):
+        seeds = self.root / "tests" / "fuzz" / "make_seeds.py"
+        for folder in (fuzz, seeds.parent):
             folder.mkdir(parents=True)
         self.program(fuzz / "fuzz_frame", "fuzz_frame")
+        self.program(seeds, "make_seeds.py", "echo fuzz_frame")
         self.program(self.bin / "ninja", "ninja")
         self.ctest(GOOD_REPORT, 0)
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // symrig merge: photographs of a still scene with their exposures become radiance that scripts can use.
 #include "sensor_folder.hpp"
-#include "symrig/hdr/response_file.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -154,8 +154,8 @@ JOBS = [
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish --memory
 --light --lights --format --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
---compare --channel --grid --listen --plug --revision --port --max-mb --pair --secret --progress""".split()
-# The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
+--compare --channel --grid --listen --plug --revision --port --max-mb --pair --secret --progress --explain""".split()
+# The copy must not land on the file that it is made of: tests/unit/board/firmware_file_test.cpp. A folder for a file that the
 # program names by board and date; selftest reads none.
 # A folder for frames must be new: tests/cli/sensor_rig_test.cpp.
 OWN_RULE = {("flash", "--drive"), ("selftest", "--results"), ("calibrate", "--keep")}

@@ -3,10 +3,7 @@
 #include "command.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/y4m.hpp"
-#include "symrig/job/file_hash.hpp"
-#include "symrig/job/light_sequence.hpp"
-#include "symrig/job/relight_sequence.hpp"
-#include "symrig/job/relighter.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/dlp/hid_transport.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
 
 #include <array>
 #include <cstdint>
@@ -115,6 +115,117 @@ class EmulatedTransport final : public projector::dlp::HidTransport {
 
  private:
   std::shared_ptr<EmulatedController> device_;
+};
+
+/// A DLPC350 as its public documents describe it (DLPU010, and TI's published interface library): its
+/// settings, its own check of a sequence, and whether light leaves it.
+class EmulatedDlpc350 final : public EmulatedController {
+ public:
+  EmulatedDlpc350();
+
+  int hertz_unit = 100;  ///< the number that it reports for 1 Hz
+  int slow_check = 0;    ///< times that its check is not ready
+
+  std::string product() const override { return "DLPC350"; }
+  std::uint16_t product_id() const override { return 0x6401; }
+  void reset() override;
+  bool shows_sequence() const override { return shows_patterns() && running() == 2; }
+  SequenceShown sequence() const override;
+
+  std::vector<std::array<std::uint8_t, 3>>& table() { return table_; }
+  int running() const { return settings_.at(0x1A24)[0]; }
+  bool shows_patterns() const { return settings_.at(0x1A1B)[0] != 0; }
+  bool table_is_open() const { return open_table_ != 0; }
+  std::string state() const override;  ///< with the table
+
+ private:
+  std::optional<Bytes> read(unsigned command) override;
+  bool write(unsigned command, const Bytes& data) override;
+  bool write_table(const Bytes& data);
+  Bytes table_bytes() const;
+  std::uint8_t check() const;
+  Bytes signal_bytes() const;
+
+  std::vector<std::array<std::uint8_t, 3>> table_;
+  std::uint8_t open_table_ = 0, address_ = 0;
+  std::optional<std::uint8_t> checked_;  // the result of the last check; none: a setting has changed since
+  int not_ready_ = 0;
+};
+
+/// A DLPC900 as its public documents describe it (DLPU018J; the main status, the timing of the source and the
+/// second trigger output as importly/dmdcontrol reads them): its modes, a table that can only be written, and
+/// a sequencer that breaks off if its planes do not end before the next VSYNC.
+class EmulatedDlpc900 final : public EmulatedController {
+ public:
+  EmulatedDlpc900();
+
+  int mirrors = 1;          ///< 1: DLP6500
+  int slow_mode = 2;        ///< times that the display mode reads wrong after a change
+  int slow_start = 1;       ///< times that the sequencer does not run yet after a start
+  bool loses_lock = false;  ///< in video-pattern mode it loses the signal
+
+  std::string product() const override { return "DLPC900"; }
+  std::uint16_t product_id() const override { return 0xC900; }
+  void reset() override;
+  bool shows_sequence() const override { return mode() == 2 && running_ && !broken_off_; }
+  SequenceShown sequence() const override;
+
+  int mode() const { return settings_.at(0x1A1B)[0]; }
+  bool running() const { return running_; }
+  /// A program before symrig starts its own sequence.
+  void start_stored_patterns();
+  std::string state() const override;  ///< without the table and the number of its entries
+
+ private:
+  using Entry = std::array<std::uint8_t, 12>;
+
+  std::optional<Bytes> read(unsigned command) override;
+  bool write(unsigned command, const Bytes& data) override;
+  bool write_mode(const Bytes& data);
+  bool write_run(std::uint8_t run);
+  bool write_entry(const Bytes& data);
+  bool write_counts(const Bytes& data);
+  bool is_locked() const;
+  bool fits() const;
+  Bytes status(unsigned command);
+  Bytes timing() const;
+
+  std::vector<Entry> table_;      // as defined
+  std::vector<Entry> effective_;  // after the configuration
+  bool running_ = false, broken_off_ = false, aborted_ = false;
+  int mode_before_ = 0, mode_reads_ = 0, start_reads_ = 0;
+};
+
+/// What goes wrong at a command.
+enum class CommandFault : std::uint8_t { refused, not_answered, reset, unplugged };
+inline constexpr std::array kCommandFaults{CommandFault::refused, CommandFault::not_answered,
+                                           CommandFault::reset, CommandFault::unplugged};
+
+/// A transport to a controller at which one command goes wrong, counted from 0.
+class FaultyTransport final : public projector::dlp::HidTransport {
+ public:
+  FaultyTransport(std::shared_ptr<EmulatedController> device, CommandFault fault, int at)
+      : device_(device), inner_(std::move(device)), fault_(fault), at_(at) {
+    if (fault == CommandFault::reset) device_->reset_after = at;
+    if (fault == CommandFault::unplugged) device_->unplugged_after = at;
+  }
+
+  Result<void> write(const projector::dlp::Report& report) override {
+    if (count_++ == at_) {
+      if (fault_ == CommandFault::refused)
+        device_->refuse[static_cast<unsigned>(report[5] * 256 + report[4])] = 1;
+      if (fault_ == CommandFault::not_answered) device_->stalled = 1;
+    }
+    return inner_.write(report);
+  }
+  Result<projector::dlp::Report> read(Nanoseconds patience) override { return inner_.read(patience); }
+  std::string name() const override { return inner_.name(); }
+
+ private:
+  std::shared_ptr<EmulatedController> device_;
+  EmulatedTransport inner_;
+  CommandFault fault_;
+  int at_, count_ = 0;
 };
 
 }  // namespace symrig::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dlpc/emulated_dlpc900.hpp"
+#include "dlpc/emulated_controller.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // HDF5 files with any numbers in their structures, and right checksums: read, or refused in one line.
-#include "fuzz/structured/hdf5_mutator.hpp"
-#include "symrig/base/fd.hpp"
+#include "fuzz/structured/mutators.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/sim/dense_rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "targets.hpp"

@@ -4,9 +4,7 @@
 #include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
-#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -18,12 +16,20 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 using Target = void (*)(const std::uint8_t*, std::size_t);
 
+Bytes bytes_of(const std::string& hexadecimal) {
+  Bytes bytes;
+  if (hexadecimal == "-") return bytes;
+  for (std::size_t at = 0; at + 1 < hexadecimal.size(); at += 2)
+    bytes.push_back(static_cast<std::uint8_t>(std::stoul(hexadecimal.substr(at, 2), nullptr, 16)));
+  return bytes;
+}
+
+/// From the list that make_seeds.py writes: target, name, bytes.
 std::vector<Bytes> seeds(const std::string& target) {
   std::vector<Bytes> found;
-  for (const auto& entry : std::filesystem::directory_iterator(SYMRIG_CORPUS_DIR "/" + target)) {
-    std::ifstream file(entry.path(), std::ios::binary);
-    found.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-  }
+  std::ifstream list(SYMRIG_SEEDS);
+  for (std::string of, name, hexadecimal; list >> of >> name >> hexadecimal;)
+    if (of == target) found.push_back(bytes_of(hexadecimal));
   return found;
 }
 

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -146,5 +147,30 @@ enum class Protocol : std::uint8_t { gige_vision, usb3_vision };
 std::string camera_xml(const CameraTraits& traits, Protocol protocol = Protocol::gige_vision);
 /// A picture of codes of 16 bits, in a format of PFNC's number. Formats of fewer bits take the upper ones.
 Bytes packed(std::span<const std::uint16_t> codes, std::uint32_t format);
+
+// Pictures that tell which trigger they are of.
+
+/// The first pixel is the trigger's count, the second the exposure in µs, the rest depend on both and on the
+/// place, so any mixture of two pictures is found.
+inline std::uint16_t numbered_code(const Shot& shot, std::size_t k) {
+  if (k == 0) return static_cast<std::uint16_t>(shot.counter);
+  if (k == 1) return static_cast<std::uint16_t>(shot.exposure / std::chrono::microseconds(1));
+  return static_cast<std::uint16_t>(2654435761U * (shot.counter + 77U * static_cast<unsigned>(k)) >> 16U);
+}
+
+inline void numbered_scene(const Shot& shot, std::span<std::uint16_t> codes) {
+  for (std::size_t k = 0; k < codes.size(); ++k) codes[k] = numbered_code(shot, k);
+}
+
+/// All pixels are those of this trigger and exposure.
+inline bool shows(std::span<const std::uint16_t> codes, std::uint32_t counter,
+                  std::chrono::nanoseconds exposure) {
+  Shot shot;
+  shot.counter = counter;
+  shot.exposure = exposure;
+  for (std::size_t k = 0; k < codes.size(); ++k)
+    if (codes[k] != numbered_code(shot, k)) return false;
+  return !codes.empty();
+}
 
 }  // namespace symrig::gige

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gige/gige_rig.hpp"
 
-#include "camera/genicam/genicam_driver.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/board/ticks.hpp"
 #include "symrig/boards/sim_board.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 
 #include <algorithm>
 #include <utility>

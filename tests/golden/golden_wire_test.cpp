@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bytes of the wire, in both directions, against files made by a program that shares no code with ours
 // (make_wire_vectors.py).
-#include "symrig/protocol/data_chunk.hpp"
 #include "symrig/protocol/line_config.hpp"
 #include "symrig/protocol/messages.hpp"
 #include "symrig/protocol/program.hpp"

@@ -2,9 +2,9 @@
 // What makes the outputs safe: an interlock at any moment, an abort, a stopped processor; and what is kept
 // over a reset.
 #include "assert_ok.hpp"
-#include "board/session/watchdog_test.hpp"
 #include "emulated_mega.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/board/internal/self_test_parts.hpp"
 
 #include <algorithm>
 #include <cstdio>

@@ -118,12 +118,12 @@ def test_the_page_names_every_command_and_option(folder):
     options = set(re.findall(r"--[a-z]+", run(MPI, "solve", "--help", folder=folder).stdout)) - {"--help", "--output"}
     assert options == {"--wanted", "--most", "--tolerance", "--applications", "--json"}
     for option in options:
-        assert f"| `{option} " in page, option
+        assert f"- `{option} " in page, option
     options = set(re.findall(r"--[a-z]+", run(MPI, "polish", "--help", folder=folder).stdout))
     options -= {"--help", "--output", "--rig", "--polish", "--keep"}  # the last three are capture's, in the example
     assert options == {"--log", "--steps", "--parts", "--json"}
     for option in options:
-        assert f"| `{option} " in page, option
+        assert f"- `{option} " in page, option
 
 
 def errors_of(path):

@@ -3,10 +3,9 @@
 #include "polish.hpp"
 
 #include "acquisition/errors/checks.hpp"
-#include "acquisition/refine/finishing.hpp"
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/search/finishing.hpp"
+#include "acquisition/tree/photographer.hpp"
 #include "assert_ok.hpp"
-#include "capture_photographs.hpp"
 #include "polish_parts.hpp"
 #include "scratch.hpp"
 #include "symrig/job/capture_job.hpp"

@@ -3,7 +3,7 @@
 #include "solve.hpp"
 
 #include "assert_ok.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>

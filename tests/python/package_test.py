@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Types, names, symbols and documents of the package."""
+"""Types, names, symbols and documents of the package; docs/python.md works as typed, and the notebooks run."""
 
 import inspect
 import pathlib
@@ -13,6 +13,7 @@ import symrig
 
 FOLDER = pathlib.Path(symrig.__file__).parent
 MYPY = ["--strict", "--allow-subclassing-any", "--ignore-missing-imports", "--python-executable", sys.executable]
+BOOKS = ["relight", "compensate", "own_rig"]
 
 
 def run_mypy(*words):
@@ -113,3 +114,35 @@ def test_an_import_that_fails_says_why(tmp_path, built, message):
     last = done.stderr.strip().splitlines()[-1]
     assert done.returncode == 1 and "circular" not in done.stderr, done.stderr
     assert last.startswith(f"ImportError: symrig in {package} ") and message.format(built=built) in last, last
+
+
+def test_the_page_works_as_typed(root, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(root / "examples")
+    text = (root / "docs/python.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    assert len(blocks) >= 10
+    names = {"__name__": "page"}
+    for block in blocks:
+        line = text[: text.index(block)].count("\n")
+        exec(compile("\n" * line + block, "docs/python.md", "exec"), names)  # errors then name the page's line
+    assert (tmp_path / "relit.exr").exists() and names["found"].shape == (64, 64)
+
+
+def test_every_notebook_has_a_test(root):
+    assert sorted(path.stem for path in (root / "examples/notebooks").glob("*.ipynb")) == sorted(BOOKS)
+
+
+@pytest.mark.once
+@pytest.mark.parametrize("name", BOOKS)
+def test_a_notebook_runs(name, root, tmp_path):
+    nbclient = pytest.importorskip("nbclient")
+    nbformat = pytest.importorskip("nbformat")
+    pytest.importorskip("ipykernel")
+    book = nbformat.read(root / "examples/notebooks" / f"{name}.ipynb", as_version=4)
+    nbformat.validate(book)
+    assert not any(cell.get("outputs") for cell in book.cells), "notebooks are kept without outputs"
+    nbclient.NotebookClient(book, kernel_name="python3", timeout=None, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    shown = [output for cell in book.cells for output in cell.get("outputs", [])]
+    assert any("data:image/png" in output.get("data", {}).get("text/html", "") for output in shown)
+    nbformat.write(book, tmp_path / f"{name}.ipynb")

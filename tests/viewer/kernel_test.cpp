@@ -2,8 +2,8 @@
 // The kernel of the page, compiled for this machine, against the library; and pages of lower resolution.
 #include "assert_ok.hpp"
 #include "relight_kernel.hpp"
-#include "symrig/base/random.hpp"
-#include "tensor/half.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/tensor/internal/half.hpp"
 #include "viewer/page_tensor.hpp"
 
 #include <cmath>

@@ -5,7 +5,7 @@
 
 #include "assert_ok.hpp"
 #include "symrig/job/capture_page.hpp"
-#include "viewer/live_service.hpp"
+#include "viewer/view_service.hpp"
 
 #include <algorithm>
 #include <atomic>

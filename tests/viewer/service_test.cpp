@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the server answers, without a network; and what pages contain.
+#include "viewer/service.hpp"
+
 #include "assert_ok.hpp"
 #include "symrig/viewer/page.hpp"
-#include "viewer/light_code.hpp"
 #include "viewer/pack.hpp"
 #include "viewer/view_service.hpp"
 

@@ -59,4 +59,11 @@ Result<BoardFile> parse_board_file(std::string_view text, const std::string& sou
 /// fails: not_found, io, bad_format.
 Result<BoardFile> read_board_file(const std::filesystem::path& path);
 
+/// The board's unique id: the file's id, else 8 bytes that are computed from this computer's id and the
+/// board's name. machine-id(5) forbids publishing the id itself.
+/// fails: not_found (neither exists).
+Result<std::vector<std::uint8_t>> unique_id(const BoardFile& file);
+/// In hexadecimal, as the serial number of the USB device.
+std::string hexadecimal(const std::vector<std::uint8_t>& bytes);
+
 }  // namespace symrig::board_linux

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon.hpp"
 
-#include "emergency.hpp"
-#include "notify.hpp"
-#include "realtime.hpp"
+#include "process.hpp"
 #include "symrig/protocol/line_config.hpp"
 
 #include <algorithm>

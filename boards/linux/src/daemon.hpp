@@ -3,12 +3,12 @@
 
 #include "board_file.hpp"
 #include "clock.hpp"
+#include "gpio.hpp"
 #include "kept_files.hpp"
-#include "led.hpp"
-#include "link_switch.hpp"
 #include "measure.hpp"
 #include "player.hpp"
 #include "symrig/firmware/core.hpp"
+#include "transport.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/capture.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/hal/edge_engine.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 namespace symrig::board_linux {
 
@@ -28,6 +34,24 @@ class Gpio {
   /// Takes input edges in order of time, at most out.size(), without waiting. The kernel stamps them with
   /// CLOCK_MONOTONIC when it handles the interrupt. lost: set if the kernel's buffer overflowed.
   virtual std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) = 0;
+};
+
+/// One of the kernel's LEDs (/sys/class/leds/.../brightness), or none.
+class Led final : public hal::Indicator {
+ public:
+  explicit Led(const std::string& brightness)
+      : file_(brightness.empty() ? -1 : ::open(brightness.c_str(), O_WRONLY | O_CLOEXEC)) {}
+
+  bool ok() const { return static_cast<bool>(file_); }
+  void show(bool on) override {
+    if (!file_ || on == on_) return;
+    on_ = on;
+    [[maybe_unused]] const ssize_t written = ::pwrite(file_.get(), on ? "1" : "0", 1, 0);
+  }
+
+ private:
+  Fd file_;
+  bool on_ = false;
 };
 
 }  // namespace symrig::board_linux

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kept_files.hpp"
 
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/fault_store.hpp"
-#include "symrig/hal/settings.hpp"
-#include "symrig/hal/system.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 #include <cstdint>
 #include <filesystem>

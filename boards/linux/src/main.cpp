@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // symrigd: a Linux computer with GPIO lines as a trigger board.
+#include "board_file.hpp"
 #include "daemon.hpp"
 #include "find_lines.hpp"
-#include "identity.hpp"
-#include "notify.hpp"
-#include "realtime.hpp"
-#include "serial_transport.hpp"
+#include "process.hpp"
 #include "socket_transport.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
+#include "transport.hpp"
 #include "usb_transport.hpp"
 
 #include <algorithm>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "clock.hpp"
 #include "gpio.hpp"
-#include "realtime.hpp"
+#include "process.hpp"
 #include "symrig/boards/pin_log.hpp"
-#include "symrig/boards/playback_engine.hpp"
-#include "symrig/hal/capture.hpp"
-#include "symrig/hal/watchdog.hpp"
-#include "wake.hpp"
+#include "symrig/boards/playback.hpp"
+#include "symrig/hal/edge_engine.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 #include <atomic>
 #include <cstddef>

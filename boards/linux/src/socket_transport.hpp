@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/protocol/busy_answer.hpp"
+#include "symrig/protocol/messages.hpp"
 #include "transport.hpp"
 
 #include <cstdint>

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "input_gate.hpp"
-#include "irq_lock.hpp"
-#include "lines.hpp"
-#include "symrig/hal/capture.hpp"
+#include "interrupts.hpp"
+#include "symrig/hal/edge_engine.hpp"
 #include "tick_clock.hpp"
 
 namespace symrig::mega2560 {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "peripherals.hpp"
 
-#include "irq_lock.hpp"
-#include "watchdog_timer.hpp"
+#include "interrupts.hpp"
 
 // MCUSR as it was at the reset.
 extern "C" {

@@ -1,13 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/fault_store.hpp"
-#include "symrig/hal/indicator.hpp"
-#include "symrig/hal/system.hpp"
-#include "symrig/hal/watchdog.hpp"
-#include "tick_clock.hpp"
+#include "interrupts.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 namespace symrig::mega2560 {
+
+// Times of the watchdog (data sheet table 12-2). avr-libc's <avr/wdt.h> does not compile with clang 14.
+constexpr uint8_t kWatchdog16Ms = 0;
+constexpr uint8_t kWatchdog250Ms = 1U << WDP2;
+
+inline void feed_watchdog() {
+  asm volatile("wdr");
+}
+
+/// Lets the watchdog reset the chip if it is not fed for this time. The two stores must be at most four
+/// cycles apart.
+inline void set_watchdog(uint8_t time) {
+  const IrqLock lock;
+  const auto change = static_cast<uint8_t>((1U << WDCE) | (1U << WDE));
+  const auto bits = static_cast<uint8_t>((1U << WDE) | time);
+  asm volatile("wdr \n sts %0, %1 \n sts %0, %2" ::"n"(_SFR_MEM_ADDR(WDTCSR)), "r"(change), "r"(bits));
+}
+
+/// Two places in the EEPROM. save() fills the older one, and its number is written last: a loss of power
+/// leaves the other record.
+class MegaSettings final : public hal::Settings {
+ public:
+  size_t load(uint8_t* out, size_t room) const override;
+  /// Takes 3.4 ms for each byte that changes (data sheet table 7-1), and feeds the watchdog meanwhile.
+  bool save(const uint8_t* bytes, size_t size) override;
+};
 
 /// The chip's watchdog, 250 ms from its own oscillator (data sheet section 12.5). It resets the chip: all
 /// pins are inputs then, and the resistors at the hazardous lines hold them.

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "settings.hpp"
-
+#include "peripherals.hpp"
 #include "symrig/protocol/crc32c.hpp"
-#include "watchdog_timer.hpp"
 
 #include <avr/eeprom.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tick_clock.hpp"
 
-#include "irq_lock.hpp"
+#include "interrupts.hpp"
 
 namespace symrig::mega2560 {
 

@@ -4,6 +4,7 @@
 #include "symrig/hal/clock.hpp"
 
 #include <avr/io.h>
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
 namespace symrig::mega2560 {
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "edge_engine.hpp"
-#include "symrig/firmware/urgent_scan.hpp"
-#include "symrig/hal/byte_link.hpp"
+#include "symrig/firmware/link.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 namespace symrig::mega2560 {
 

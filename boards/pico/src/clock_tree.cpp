@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "clock_tree.hpp"
-
+#include "chip.hpp"
 #include "registers.hpp"
 
 namespace symrig::pico {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "console.hpp"
-
 #include "symrig/firmware/version.hpp"
+#include "usb_device.hpp"
 
 namespace symrig::pico {
 namespace {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The end of a program that went wrong, and what it leaves behind.
-#include "crash.hpp"
-
 #include "board_pins.hpp"
-#include "kept.hpp"
+#include "chip.hpp"
 #include "registers.hpp"
 
 extern "C" {

@@ -2,8 +2,8 @@
 #include "edge_engine.hpp"
 
 #include "board_pins.hpp"
-#include "edge_machine.hpp"
-#include "lines.hpp"
+#include "edge_program.hpp"
+#include "stampers.hpp"
 
 namespace symrig::pico {
 

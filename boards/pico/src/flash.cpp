@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flash.hpp"
-
 #include "board_pins.hpp"
+#include "chip.hpp"
+#include "peripherals.hpp"
 #include "registers.hpp"
-#include "rom.hpp"
 #include "symrig/protocol/crc32c.hpp"
 
 namespace symrig::pico {

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The board: its parts, the main loop, the interrupts.
 #include "board_pins.hpp"
-#include "console.hpp"
-#include "crash.hpp"
+#include "chip.hpp"
 #include "edge_engine.hpp"
-#include "flash.hpp"
 #include "peripherals.hpp"
 #include "pin_capture.hpp"
 #include "symrig/firmware/core.hpp"

@@ -2,9 +2,8 @@
 #include "peripherals.hpp"
 
 #include "board_pins.hpp"
-#include "kept.hpp"
+#include "chip.hpp"
 #include "registers.hpp"
-#include "rom.hpp"
 #include "tick_clock.hpp"
 
 namespace symrig::pico {

@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "crash.hpp"
+#include "chip.hpp"
 #include "edge_engine.hpp"
-#include "symrig/hal/fault_store.hpp"
-#include "symrig/hal/indicator.hpp"
-#include "symrig/hal/system.hpp"
-#include "symrig/hal/watchdog.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 namespace symrig::pico {
+
+/// The flash chip's 8-byte id. Call it before anything else runs. Zeros if there is no boot ROM.
+void read_unique_id(uint8_t (&id)[8]);
+
+/// Two sectors at the end of flash are used in turn. Each holds a record with a sequence number and a CRC.
+/// The valid record with the higher number is the current one.
+class PicoSettings final : public hal::Settings {
+ public:
+  size_t load(uint8_t* out, size_t room) const override;
+  bool save(const uint8_t* bytes, size_t size) override;
+};
 
 /// The chip's watchdog, 400 ms, and the "alive" pin. The pin has a square wave of 2 ms, which stops if the
 /// firmware is blocked. feed() continues both only if every checkpoint was passed since the last feed().

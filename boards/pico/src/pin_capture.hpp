@@ -2,9 +2,8 @@
 #pragma once
 
 #include "edge_engine.hpp"
-#include "lines.hpp"
 #include "stampers.hpp"
-#include "symrig/hal/capture.hpp"
+#include "symrig/hal/edge_engine.hpp"
 
 namespace symrig::pico {
 

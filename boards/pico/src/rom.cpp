@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rom.hpp"
+#include "chip.hpp"
 
 namespace symrig::pico {
 namespace {

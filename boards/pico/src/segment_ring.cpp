@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "segment_ring.hpp"
-
 #include "board_pins.hpp"
+#include "edge_engine.hpp"
 
 namespace symrig::pico {
 namespace {

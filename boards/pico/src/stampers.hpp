@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/capture.hpp"
+#include "symrig/hal/edge_engine.hpp"
 #include "tick_clock.hpp"
+
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
 namespace symrig::pico {
 
+/// Present levels of all lines, bit k = line k.
+uint32_t line_levels();
+
 /// Time-stamps every edge of up to four input pins, with one PIO1 state machine per pin and DMA into a ring
-/// in RAM. Resolution 2 ticks. An edge less than 8 ticks after another may be missed. README.md, "Time
-/// stamps".
+/// in RAM. Resolution 2 ticks. An edge less than 8 ticks after another may be missed. See
+/// docs/board-pico-debug.md, "Time stamps".
 class Stampers {
  public:
   static constexpr uint32_t kCount = 3;

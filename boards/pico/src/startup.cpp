@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // From the reset vector to main(): clocks, then copies code and data to RAM, clears bss, runs constructors.
 // Also the vector tables.
-#include "clock_tree.hpp"
-#include "crash.hpp"
+#include "chip.hpp"
 #include "registers.hpp"
 
 extern "C" {

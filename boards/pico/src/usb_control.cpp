@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Endpoint 0: descriptors, address, configuration, and the requests of CDC and Windows.
+#include "registers.hpp"
 #include "usb_device.hpp"
-#include "usb_registers.hpp"
 
 namespace symrig::pico {
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "usb_descriptors.hpp"
-
 #include "board_pins.hpp"
+#include "usb_device.hpp"
 
 namespace symrig::pico::usb_descriptors {
 namespace {

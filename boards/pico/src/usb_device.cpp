@@ -2,7 +2,7 @@
 #include "usb_device.hpp"
 
 #include "board_pins.hpp"
-#include "usb_registers.hpp"
+#include "registers.hpp"
 
 namespace symrig::pico {
 

@@ -1,17 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "byte_ring.hpp"
 #include "edge_engine.hpp"
 #include "registers.hpp"
-#include "symrig/firmware/urgent_scan.hpp"
-#include "symrig/hal/byte_link.hpp"
-#include "usb_descriptors.hpp"
+#include "symrig/firmware/core.hpp"
+#include "symrig/firmware/link.hpp"
+#include "symrig/hal/peripherals.hpp"
+
+#include <stddef.h>  // NOLINT(modernize-deprecated-headers)
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
+
+/// The device's descriptors: a vendor interface (bulk, the wire), a CDC-ACM console (the log), and Microsoft
+/// OS 2.0 descriptors that select the WinUSB driver for the vendor interface.
+namespace symrig::pico::usb_descriptors {
+
+/// Endpoints.
+constexpr uint8_t kWire = 1;     // bulk, both ways
+constexpr uint8_t kNotice = 2;   // interrupt, to the host: never used, but CDC requires it
+constexpr uint8_t kConsole = 3;  // bulk, both ways
+constexpr uint8_t kResetInterface = 3;
+constexpr uint8_t kMsVendorCode = 0x20;  // bRequest for the Microsoft descriptors
+
+/// Bytes with static lifetime.
+struct Bytes {
+  const uint8_t* data = nullptr;
+  uint16_t size = 0;
+};
+
+Bytes device();
+Bytes configuration();
+Bytes bos();
+Bytes microsoft();
+/// A string as ASCII; nullptr if there is none with this number. serial: the text of string 3.
+const char* string(uint8_t number, const char* serial);
+
+}  // namespace symrig::pico::usb_descriptors
 
 namespace symrig::pico {
 
+/// Bytes between an interrupt and the main loop: one side writes, the other reads. The size is a power of
+/// two.
+template <size_t kSize>
+class ByteRing {
+  static_assert((kSize & (kSize - 1)) == 0);
+
+ public:
+  size_t used() const { return put_ - taken_; }
+  size_t room() const { return kSize - used(); }
+  void put(uint8_t byte) {
+    bytes_[put_ % kSize] = byte;
+    put_ = put_ + 1;
+  }
+  uint8_t take() {
+    const uint8_t byte = bytes_[taken_ % kSize];
+    taken_ = taken_ + 1;
+    return byte;
+  }
+  /// For the reader: discards everything.
+  void clear() { taken_ = put_; }
+  /// For the writer: a position for drop_to().
+  size_t mark() const { return put_; }
+  /// For the reader: true if everything written before `mark` was taken.
+  bool taken_up_to(size_t mark) const { return static_cast<ptrdiff_t>(taken_ - mark) >= 0; }
+  /// For the reader: discards what was written before `mark`.
+  void drop_to(size_t mark) {
+    if (static_cast<ptrdiff_t>(mark - taken_) > 0) taken_ = mark;
+  }
+
+ private:
+  uint8_t bytes_[kSize];
+  volatile size_t put_ = 0;
+  volatile size_t taken_ = 0;
+};
+
 /// The USB device: endpoint 0, the wire (hal::ByteLink) and the console's output. The interrupt does all the
-/// work. The main loop exchanges data with it through byte rings. README.md, "USB".
+/// work. The main loop exchanges data with it through byte rings.
+/// docs/board-pico-debug.md, "USB and interrupts".
 class UsbDevice final : public hal::ByteLink {
  public:
   /// The engine goes to its safe levels as soon as an urgent Abort arrives.
@@ -126,6 +190,28 @@ class UsbDevice final : public hal::ByteLink {
   bool toggle_[kEndpoints][2] = {};
   uint8_t scratch_[64] = {};
   uint8_t line_coding_[7] = {0x00, 0xc2, 0x01, 0x00, 0, 0, 8};  // 115200 8N1, if a host asks
+};
+
+/// The log on the USB serial port: the start, each change of state, each fault. Never waits. Characters that
+/// do not fit are counted and reported later.
+class Console {
+ public:
+  Console(UsbDevice& usb, const firmware::Core& core) : usb_(usb), core_(core) {}
+
+  void greet(hal::ResetCause cause);
+  /// Reports what has changed since the last call.
+  void service();
+
+ private:
+  void line(const char* first, const char* second);
+  void line(const char* text, uint64_t number);
+  void print(const char* text);
+
+  UsbDevice& usb_;
+  const firmware::Core& core_;
+  firmware::State told_state_ = firmware::State::boot;
+  uint32_t told_fault_ = 0;
+  uint32_t lost_ = 0;  // characters lost since the last report
 };
 
 }  // namespace symrig::pico

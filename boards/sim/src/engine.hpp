@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/boards/playback_engine.hpp"
-#include "symrig/hal/capture.hpp"
+#include "symrig/boards/playback.hpp"
 #include "symrig/hal/clock.hpp"
+#include "symrig/hal/edge_engine.hpp"
 
 #include <cstddef>
 #include <cstdint>

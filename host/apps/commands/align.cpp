@@ -1,25 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "keyboard.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "rig.hpp"
-#include "symrig/base/standard_streams.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/report/alignment_summary.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/report/calibration_summary.hpp"
+#include "symrig/rig/rig_file.hpp"
 #include "terminal_line.hpp"
 
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <termios.h>
 #include <unistd.h>
 
 namespace symrig::apps {
+
 namespace {
+
+/// Single keys from the terminal behind standard input, without Enter. The terminal is as before afterwards.
+/// Without a terminal there are no keys.
+class Keyboard {
+ public:
+  Keyboard();
+  Keyboard(const Keyboard&) = delete;
+  Keyboard& operator=(const Keyboard&) = delete;
+  ~Keyboard();
+
+  /// The next key that was pressed, or nothing. Does not wait.
+  std::optional<char> key();
+
+ private:
+  struct Before;
+  std::unique_ptr<Before> before_;  // none: no terminal
+};
+
+struct Keyboard::Before {
+  termios settings;
+};
+
+Keyboard::Keyboard() {
+  // A job in the background must not change the terminal: the system would stop it.
+  if (isatty(STDIN_FILENO) != 1 || tcgetpgrp(STDIN_FILENO) != getpgrp()) return;
+  termios settings{};
+  if (tcgetattr(STDIN_FILENO, &settings) != 0) return;
+  before_ = std::make_unique<Before>(Before{settings});
+  // Ctrl-C stays a signal.
+  settings.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  tcsetattr(STDIN_FILENO, TCSANOW, &settings);
+}
+
+Keyboard::~Keyboard() {
+  if (before_) tcsetattr(STDIN_FILENO, TCSANOW, &before_->settings);
+}
+
+std::optional<char> Keyboard::key() {
+  if (!before_) return std::nullopt;
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  char pressed = 0;
+  if (poll(&input, 1, 0) != 1 || (input.revents & POLLIN) == 0 || read(STDIN_FILENO, &pressed, 1) != 1)
+    return std::nullopt;
+  return pressed;
+}
 
 /// The rig is good enough when it was so this often, one after the other: a hand may still be at a screw.
 constexpr int kGoodUpdates = 2;

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/report/bench.hpp"
 
-#include "bench_case.hpp"
 #include "bench_plan.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
 #include "meter.hpp"
+#include "output.hpp"
 #include "rig.hpp"
-#include "symrig/base/guarded.hpp"
+#include "symrig/base/memory.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,28 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "code_folder.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "effects.hpp"
-#include "files.hpp"
-#include "level_calibration.hpp"
+#include "device_calibration.hpp"
 #include "meter.hpp"
-#include "registration_job.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
 #include "rig.hpp"
-#include "sensor_calibration.hpp"
-#include "symrig/calibration/smooth_map.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/calibration/pixel_map.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/report/calibration_summary.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/rig/rig_file.hpp"
 
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include <fmt/format.h>
 
 namespace symrig::apps {
+
 namespace {
+
+/// `symrig calibrate --rig` of a camera with pixels of its own.
+struct RegistrationJob {
+  std::string output, report, json;  ///< files to write; empty: none
+};
+
+std::string next_step(const std::string& output) {
+  if (output.empty()) return "nothing was kept: give -o registration.h5\n";
+  return fmt::format("wrote {}; `symrig capture --registration {}` uses it\n", output, output);
+}
+
+/// Registers the rig's camera, writes the files, and prints the result.
+/// fails: as register_camera and save_registration.
+Result<void> register_rig(Probe& rig, const RegistrationJob& job) {
+  std::optional<Meter> meter(std::in_place, "calibrate", "photographs");
+  RegistrationOptions options;
+  options.progress = meter->progress();
+  SYMRIG_TRY(const Registration found, register_camera(rig, options));
+  meter.reset();
+  SYMRIG_TRY(const CellWeights weights, found.weights());
+  const RegistrationSummary summary{found, weights, rig.cost().rig_seconds, made_now(), rig.views()};
+  if (!job.output.empty()) SYMRIG_CHECK(save_registration(job.output, found));
+  if (!job.report.empty()) {
+    SYMRIG_TRY(const std::string page, registration_page(summary));
+    SYMRIG_CHECK(write_text(job.report, page));
+  }
+  SYMRIG_CHECK(write_text(job.json, registration_json(summary)));
+  if (is_standard_output(job.json)) return {};
+  return print(registration_text(summary) + next_step(job.output));
+}
 
 struct CalibrateArguments {
   CodeFolder from;

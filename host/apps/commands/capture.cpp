@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
-#include "capture_options.hpp"
-#include "choices.hpp"
+#include "capture_text.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "effects.hpp"
-#include "error_table.hpp"
-#include "invocation.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "port_option.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
 #include "rig.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/capture_page.hpp"
-#include "symrig/job/trouble.hpp"
-#include "undetermined_text.hpp"
+#include "symrig/job/rig_by_name.hpp"
 
 #include <array>
 #include <chrono>
@@ -267,6 +261,36 @@ Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   return print(result_text(outcome->summary, outcome->result, arguments.output, held));
 }
 
+/// How exact, how many photographs, and how long.
+void add_budget_options(CLI::App& command, CaptureArguments& arguments) {
+  command
+      .add_option("--tolerance", arguments.tolerance,
+                  "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
+      ->type_name("X");
+  command
+      .add_option("--dual-threshold", arguments.dual_threshold,
+                  "For dual: do not refine responses below this share of the flood-lit RMS")
+      ->type_name("X");
+  command.add_option("--max-patterns", arguments.max_patterns, "Stop after this many photographs")
+      ->type_name("N");
+  command
+      .add_option("--max-seconds", arguments.max_seconds, "Stop after this many seconds on the rig's clock")
+      ->type_name("S");
+  command
+      .add_option(
+          "--target-error", arguments.target_error,
+          "Stop when the estimated error plus its uncertainty is below this share; chooses the tolerance")
+      ->type_name("E");
+  command
+      .add_option("--photograph-seconds", arguments.photograph_seconds,
+                  "If exposures are planned: longest total exposure of one photograph (default: 10)")
+      ->type_name("S");
+  for (const char* option :
+       {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
+    takes_number<double>(command.get_option(option));
+  takes_number<std::int64_t>(command.get_option("--max-patterns"));
+}
+
 }  // namespace
 
 Job add_capture(CLI::App& command) {
@@ -286,28 +310,7 @@ Job add_capture(CLI::App& command) {
                   ->type_name("NAME")
                   ->capture_default_str(),
               algorithm_names());
-  command
-      .add_option("--tolerance", arguments->tolerance,
-                  "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
-      ->type_name("X");
-  command
-      .add_option("--dual-threshold", arguments->dual_threshold,
-                  "For dual: do not refine responses below this share of the flood-lit RMS")
-      ->type_name("X");
-  command.add_option("--max-patterns", arguments->max_patterns, "Stop after this many photographs")
-      ->type_name("N");
-  command
-      .add_option("--max-seconds", arguments->max_seconds, "Stop after this many seconds on the rig's clock")
-      ->type_name("S");
-  command
-      .add_option(
-          "--target-error", arguments->target_error,
-          "Stop when the estimated error plus its uncertainty is below this share; chooses the tolerance")
-      ->type_name("E");
-  command
-      .add_option("--photograph-seconds", arguments->photograph_seconds,
-                  "If exposures are planned: longest total exposure of one photograph (default: 10)")
-      ->type_name("S");
+  add_budget_options(command, *arguments);
   add_log_options(command, arguments->log);
   takes_words(command
                   .add_option("--split", arguments->split,
@@ -332,10 +335,6 @@ Job add_capture(CLI::App& command) {
   add_progress(command);
   command.footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
                  kExitCodes);
-  for (const char* option :
-       {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
-    takes_number<double>(command.get_option(option));
-  takes_number<std::int64_t>(command.get_option("--max-patterns"));
   takes_number<int>(command.get_option("--polish"));
   return [&command, arguments] { return run(command, *arguments); };
 }

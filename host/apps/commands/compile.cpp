@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/program/compile.hpp"
+
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "json_text.hpp"
+#include "output.hpp"
 #include "program_input.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/base/files.hpp"
 
 #include <memory>
 #include <span>

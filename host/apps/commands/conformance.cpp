@@ -2,11 +2,9 @@
 #include "symrig/conformance/conformance.hpp"
 
 #include "command.hpp"
-#include "console.hpp"
-#include "device_option.hpp"
-#include "files.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
+#include "options.hpp"
+#include "output.hpp"
 
 #include <memory>
 #include <string>

@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "capture_text.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "effects.hpp"
-#include "error_table.hpp"
-#include "files.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
-#include "opened_scene.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "rig.hpp"
 #include "symrig/job/evaluation.hpp"
-#include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 

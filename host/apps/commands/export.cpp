@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
 #include "meter.hpp"
+#include "output.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/job/dense_file.hpp"
 #include "symrig/tensor/file.hpp"

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "code_folder.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "invocation.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/report/calibration_summary.hpp"
 #include "symrig/tensor/file.hpp"
 

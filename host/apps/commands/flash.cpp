@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
-#include "device_option.hpp"
-#include "effects.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/board/boot_drive.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/firmware_file.hpp"
 
 #include <algorithm>

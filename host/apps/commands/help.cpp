@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "choices.hpp"
 #include "command.hpp"
-#include "command_table.hpp"
-#include "console.hpp"
-#include "symrig/base/nearest_name.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "symrig/base/text.hpp"
 
 #include <memory>
 

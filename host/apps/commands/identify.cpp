@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
-#include "device_option.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
 
 #include <cmath>
 #include <memory>

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture_options.hpp"
+#include "capture_text.hpp"
 #include "command.hpp"
-#include "console.hpp"
-#include "error_table.hpp"
-#include "files.hpp"
-#include "invocation.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
 #include "rig.hpp"
-#include "symrig/base/nearest_name.hpp"
-#include "symrig/job/import_matrix.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/job/dense_file.hpp"
 
 #include <memory>
 #include <optional>

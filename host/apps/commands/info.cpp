@@ -1,23 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera_text.hpp"
+
 #include "command.hpp"
-#include "console.hpp"
-#include "device_option.hpp"
-#include "dlp_text.hpp"
-#include "files.hpp"
-#include "json_text.hpp"
-#include "tick_duration.hpp"
+#include "device_text.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "symrig/board/board_info.hpp"
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 namespace symrig::apps {
+
 namespace {
+
+/// A number of board ticks as a duration with four significant figures: "8 ns", "34.36 s".
+std::string tick_duration_text(TickRate rate, Ticks ticks) {
+  struct Unit {
+    double seconds;
+    const char* name;
+  };
+  constexpr std::array<Unit, 4> kUnits{{{1, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}}};
+  const double seconds = static_cast<double>(ticks.count) / static_cast<double>(rate.hz);
+  const auto* unit =
+      std::find_if(kUnits.begin(), kUnits.end(), [=](const Unit& one) { return seconds >= one.seconds; });
+  if (unit == kUnits.end()) unit = &kUnits.back();
+  return fmt::format("{:.4g} {}", seconds / unit->seconds, unit->name);
+}
 
 using Json = nlohmann::ordered_json;
 
@@ -240,9 +254,9 @@ Job add_info(CLI::App& command) {
   const auto arguments = std::make_shared<InfoArguments>();
   add_device(command, arguments->device);
   command
-      .add_option("--camera", arguments->camera,
-                  "Show a camera instead: /dev/videoN, genicam:ADDRESS, or a V4L2 camera's serial number, "
-                  "bus or name")
+      .add_option(
+          "--camera", arguments->camera,
+          "Show a camera instead: " + camera_path_forms() + ", or a V4L2 camera's serial number, bus or name")
       ->type_name("CAMERA")
       ->excludes("--device");
   command

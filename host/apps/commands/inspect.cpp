@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "memory_option.hpp"
-#include "symrig/report/node_counts.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 

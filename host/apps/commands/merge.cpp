@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // merge: a bracket of photographs becomes radiance.
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "invocation.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/calibration/bracket_merge.hpp"
-#include "symrig/hdr/response_file.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/calibration/sensor_folder.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <algorithm>
 #include <cmath>

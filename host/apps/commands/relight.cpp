@@ -1,24 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // relight applies the tensor; dual applies its transpose.
-#include "capture_options.hpp"
-#include "choices.hpp"
+#include "symrig/job/relight.hpp"
+
 #include "command.hpp"
-#include "console.hpp"
-#include "effects.hpp"
-#include "files.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "opened_scene.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "rig.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/job/file_hash.hpp"
-#include "symrig/job/light.hpp"
-#include "symrig/job/light_sequence.hpp"
-#include "symrig/job/relight_sequence.hpp"
-#include "symrig/job/relighter.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "invocation.hpp"
-#include "memory_option.hpp"
 #include "meter.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "program.hpp"
 #include "rig.hpp"
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"

@@ -2,14 +2,13 @@
 #include "symrig/run/run.hpp"
 
 #include "command.hpp"
-#include "console.hpp"
-#include "device_option.hpp"
-#include "files.hpp"
 #include "meter.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "program_input.hpp"
-#include "symrig/board/discovery.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/run/waveform.hpp"
-#include "symrig/sim/sim_rig.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <array>
 #include <memory>

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "capture_options.hpp"
 #include "command.hpp"
-#include "console.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
-#include "symrig/board/board_server.hpp"
+#include "options.hpp"
+#include "output.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/job/rig_by_name.hpp"
-#include "symrig/rig/device_pair.hpp"
-#include "symrig/rig/open_rig.hpp"
-#include "symrig/rig/pair_server.hpp"
-#include "symrig/rig/photograph_server.hpp"
+#include "symrig/rig/exec_probe.hpp"
+#include "symrig/rig/pair_link.hpp"
+#include "symrig/rig/rig_file.hpp"
 #include "symrig/sim/simulated_pairs.hpp"
 
 #include <algorithm>

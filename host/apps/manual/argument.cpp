@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "manual/argument.hpp"
 
-#include "choices.hpp"
-#include "symrig/board/device_uri.hpp"
-#include "symrig/job/light.hpp"
+#include "options.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>

@@ -1,16 +1,105 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "manual/pages.hpp"
 
 #include "manual/argument.hpp"
-#include "manual/roff.hpp"
+#include "output.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <cctype>
+#include <exception>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace symrig::apps {
+
 namespace {
+
+using Lines = std::vector<std::string>;
+
+/// Lines between blank lines.
+std::vector<Lines> blocks_of(std::string_view text) {
+  std::vector<Lines> blocks(1);
+  std::istringstream lines{std::string(text)};
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty())
+      blocks.back().push_back(line);
+    else if (!blocks.back().empty())
+      blocks.emplace_back();
+  }
+  if (blocks.back().empty()) blocks.pop_back();
+  return blocks;
+}
+
+/// Text that roff prints as it stands.
+std::string roff(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '\\')
+      out += "\\e";
+    else if (c == '-')
+      out += "\\-";
+    else if (c == '\'')
+      out += "\\(aq";
+    else
+      out += c;
+  }
+  return out.starts_with('.') ? "\\&" + out : out;
+}
+
+std::string bold(std::string_view text) {
+  return "\\fB" + roff(text) + "\\fR";
+}
+
+std::string italic(std::string_view text) {
+  return "\\fI" + roff(text) + "\\fR";
+}
+
+std::string verbatim(const Lines& lines) {
+  std::string text = ".PP\n.nf\n.RS 2\n";
+  for (const std::string& line : lines) text += roff(line.substr(line.find_first_not_of(' '))) + "\n";
+  return text + ".RE\n.fi\n";
+}
+
+/// A row "  name  text", the continuation of a row (indented further), or a line of a paragraph.
+std::string line_text(const std::string& line, bool& table) {
+  const std::size_t indent = line.find_first_not_of(' ');
+  if (indent == 0) return std::exchange(table, false) ? ".PP\n" + roff(line) + "\n" : roff(line) + "\n";
+  if (indent > 2) return roff(line.substr(indent)) + "\n";
+  table = true;
+  const std::size_t end = line.find(' ', indent);
+  const std::size_t text = end == std::string::npos ? end : line.find_first_not_of(' ', end);
+  const std::string row = ".TP\n" + bold(line.substr(indent, end - indent)) + "\n";
+  return text == std::string::npos ? row : row + roff(line.substr(text)) + "\n";
+}
+
+std::string paragraph(const Lines& lines) {
+  std::string text = ".PP\n";
+  bool table = false;
+  for (const std::string& line : lines) text += line_text(line, table);
+  return text;
+}
+
+/// The end of a help as sections of a manual page: "Example:" and "Exit codes:" have sections of their own.
+/// In the others, "  name  text" is a row of a table.
+std::string footer_sections(std::string_view footer) {
+  std::string examples, notes, codes;
+  for (const Lines& block : blocks_of(footer)) {
+    if (block.front() == "Example:")
+      examples += ".SH EXAMPLES\n" + verbatim({block.begin() + 1, block.end()});
+    else if (block.front().starts_with("Exit codes:"))
+      codes += ".SH \"EXIT STATUS\"\n" + paragraph(block);
+    else
+      notes += (notes.empty() ? ".SH NOTES\n" : "") + paragraph(block);
+  }
+  return notes + examples + codes;
+}
 
 std::string upper(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -94,6 +183,37 @@ std::string command_page(const Program& program, const CLI::App& command, const 
          ".SH DESCRIPTION\n" + roff(command.get_description()) + ".\n" + option_rows(arguments) +
          footer_sections(command.get_footer()) + ".SH \"SEE ALSO\"\n" + bold(program.name) + "(1)\n.PP\n" +
          kDocuments;
+}
+
+Result<void> write_pages(const std::filesystem::path& folder, const Program& program, const CLI::App& app) {
+  const std::filesystem::path pages = folder / "man1";
+  std::error_code error;
+  std::filesystem::create_directories(pages, error);
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message(), "choose another folder"};
+  SYMRIG_CHECK(
+      write_file_atomically(pages / (program.name + ".1"), program_page(program, app, SYMRIG_VERSION)));
+  for (const Command& command : program.commands) {
+    const std::string name(command.name);
+    SYMRIG_CHECK(write_file_atomically(pages / fmt::format("{}-{}.1", program.name, name),
+                                       command_page(program, *app.get_subcommand(name), SYMRIG_VERSION)));
+  }
+  return {};
+}
+
+int make_manual(int argc, char** argv, Result<void> (*write)(const std::filesystem::path& folder)) {
+  if (argc != 2) {
+    write_standard_error("usage: symrig_manual FOLDER\n");
+    return exit_code(ErrorCode::bad_argument);
+  }
+  try {
+    const auto written = write(argv[1]);
+    if (written) return 0;
+    print_error("", written.error().line());
+    return exit_code(written.error().code);
+  } catch (const std::exception& error) {
+    write_standard_error(error.what());
+  }
+  return exit_code(ErrorCode::limit);
 }
 
 }  // namespace symrig::apps

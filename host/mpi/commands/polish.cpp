@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "polish.hpp"
 
+#include "capture_text.hpp"
 #include "commands.hpp"
-#include "console.hpp"
-#include "error_table.hpp"
-#include "files.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "ranks.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <memory>
 #include <string>

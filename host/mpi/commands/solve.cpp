@@ -2,17 +2,15 @@
 #include "solve.hpp"
 
 #include "commands.hpp"
-#include "console.hpp"
-#include "files.hpp"
-#include "json_text.hpp"
 #include "meter.hpp"
-#include "numbers.hpp"
+#include "options.hpp"
+#include "output.hpp"
 #include "ranks.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
-#include "symrig/job/file_hash.hpp"
-#include "symrig/report/provenance.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/job/relight.hpp"
+#include "symrig/report/summary.hpp"
 
 #include <algorithm>
 #include <memory>

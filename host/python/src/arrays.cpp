@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arrays.hpp"
 
-#include "failure.hpp"
-#include "symrig/image/finite.hpp"
+#include "caller.hpp"
+#include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "symrig/image/image.hpp"
-#include "symrig/image/radiance.hpp"
 
 #include <memory>
 #include <string>

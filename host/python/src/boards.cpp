@@ -2,7 +2,6 @@
 // Timed programs on trigger boards, by the C interface of the library.
 #include "bindings.hpp"
 #include "caller.hpp"
-#include "failure.hpp"
 #include "symrig/symrig.h"
 
 #include <atomic>

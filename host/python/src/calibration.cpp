@@ -3,15 +3,12 @@
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "caller.hpp"
-#include "failure.hpp"
 #include "rig.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/calibration/map_file.hpp"
 #include "symrig/calibration/pixel_map.hpp"
-#include "symrig/calibration/registration_file.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/report/calibration_summary.hpp"
-#include "symrig/report/registration_summary.hpp"
 
 #include <memory>
 #include <string>

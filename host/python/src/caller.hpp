@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "failure.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 
@@ -13,6 +12,25 @@
 #include <pybind11/pybind11.h>
 
 namespace symrig::python {
+
+/// Carries an Error through pybind11, which turns it into the exception of symrig/_errors.py.
+struct Failure {
+  Error error;
+};
+
+/// The value, or its error as a Failure.
+template <class T>
+T value_of(Result<T> result) {
+  if (!result) throw Failure{std::move(result).error()};
+  return *std::move(result);
+}
+
+inline void check(const Result<void>& result) {
+  if (!result) throw Failure{result.error()};
+}
+
+/// A Python warning at the line that called symrig. Where the user makes warnings errors, it is raised.
+void warn(const std::string& text);
 
 namespace py = pybind11;
 

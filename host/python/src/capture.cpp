@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bindings.hpp"
-#include "failure.hpp"
+#include "caller.hpp"
 #include "rig.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/capture_page.hpp"

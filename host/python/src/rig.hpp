@@ -2,7 +2,9 @@
 #pragma once
 
 #include "caller.hpp"
+#include "symrig/acquisition/probe.hpp"
 #include "symrig/job/rig_by_name.hpp"
+#include "symrig/tensor/file.hpp"
 
 #include <atomic>
 #include <memory>
@@ -36,5 +38,9 @@ class Turn {
 std::unique_ptr<RigInUse> open_rig_by_name(const std::string& rig, const std::string& registration);
 /// A symrig.Probe of Python as a rig.  fails (Failure): as PythonProbe.
 std::unique_ptr<RigInUse> rig_of_probe(pybind11::object probe);
+
+/// Errors and their half widths, both as dicts, against new photographs of a rig.
+/// fails (Failure): as judge_by_rig.
+pybind11::tuple errors_by_rig(const StoredScene& scene, Probe& rig, Caller& caller);
 
 }  // namespace symrig::python

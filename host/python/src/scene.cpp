@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // StoredScene: a loaded or captured scene. symrig/_scene.py makes a LinearOperator of it.
-#include "scene.hpp"
-
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "caller.hpp"
-#include "failure.hpp"
+#include "rig.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/image/finite.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/image/file.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/html_report.hpp"
-#include "symrig/report/node_counts.hpp"
-#include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
-#include "symrig/tensor/adjoint.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <limits>

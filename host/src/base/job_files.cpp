@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/base/job_files.hpp"
 
-#include "base/file_place.hpp"
-#include "base/named_files.hpp"
-#include "base/write_descriptor.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "base/descriptors.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cerrno>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <vector>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -21,6 +25,71 @@ namespace {
 
 namespace fs = std::filesystem;
 using base::descriptor_of, base::FilePlace, base::folder_of, base::place_of;
+
+constexpr std::uint64_t kMostText = 1 << 24;
+
+bool is_picture(const fs::path& path) {
+  constexpr std::array<std::string_view, 4> kSuffixes{".png", ".exr", ".pfm", ".raw"};
+  std::string suffix = path.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
+}
+
+/// Position of the quote that ends the string which begins at `begin`, on the same line; npos if there is
+/// none.
+std::size_t closing_quote(std::string_view text, std::size_t begin) {
+  for (std::size_t k = begin + 1; k < text.size() && text[k] != '\n'; ++k) {
+    if (text[k] == text[begin]) return k;
+    if (text[k] == '\\' && text[begin] == '"') ++k;
+  }
+  return std::string_view::npos;
+}
+
+/// All strings in quotes, without those in comments.
+std::set<std::string> quoted(std::string_view text) {
+  std::set<std::string> strings;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    if (text[k] == '#') k = std::min(text.find('\n', k), text.size() - 1);
+    if (text[k] != '"' && text[k] != '\'') continue;
+    const std::size_t end = closing_quote(text, k);
+    if (end == std::string_view::npos) continue;
+    strings.emplace(text.substr(k + 1, end - k - 1));
+    k = end;
+  }
+  return strings;
+}
+
+/// The pictures of a folder. Empty if the folder cannot be read; the code that reads it reports the error.
+std::vector<fs::path> photographs_in(const fs::path& folder) {
+  std::vector<fs::path> paths;
+  std::error_code error;
+  if (folder.empty()) return paths;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (is_picture(at->path())) paths.push_back(at->path());
+  return paths;
+}
+
+/// Regular files that a TOML text names in a string, relative to `folder`. It needs no knowledge of the keys.
+/// A string that happens to be the name of a file protects that file, which does no harm.
+std::vector<fs::path> files_named_in(std::string_view text, const fs::path& folder) {
+  std::vector<fs::path> paths;
+  for (const std::string& name : quoted(text)) {
+    if (name.empty() || name.size() > 4096 || name.find('\0') != std::string::npos) continue;
+    const fs::path path = folder / name;
+    const auto place = place_of(path);
+    if (place && place->regular()) paths.push_back(path);
+  }
+  return paths;
+}
+
+/// The same of a TOML file, relative to its own folder.
+std::vector<fs::path> files_named_in(const fs::path& settings) {
+  const auto bytes = read_file(settings, kMostText);
+  if (!bytes) return {};
+  return files_named_in(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()),
+                        folder_of(settings));
+}
 
 struct FormatNames {
   FileFormat format;
@@ -157,18 +226,18 @@ JobFiles& JobFiles::reads(std::string_view what, const fs::path& path) {
 }
 
 JobFiles& JobFiles::reads_folder(std::string_view what, const fs::path& folder) {
-  for (const fs::path& path : base::photographs_in(folder)) reads(what, path);
+  for (const fs::path& path : photographs_in(folder)) reads(what, path);
   return reads_settings(what, folder.empty() ? folder : folder / "capture.toml");
 }
 
 JobFiles& JobFiles::reads_settings(std::string_view what, const fs::path& path) {
   if (path.empty()) return *this;
-  for (const fs::path& named : base::files_named_in(path)) reads(what, named);
+  for (const fs::path& named : files_named_in(path)) reads(what, named);
   return reads(what, path);
 }
 
 JobFiles& JobFiles::reads_settings_text(std::string_view what, std::string_view text) {
-  for (const fs::path& named : base::files_named_in(text, ".")) reads(what, named);
+  for (const fs::path& named : files_named_in(text, ".")) reads(what, named);
   return *this;
 }
 

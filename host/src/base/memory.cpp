@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/base/memory.hpp"
+
+#include "base/scratch_files.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <fcntl.h>
 #include <malloc.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 namespace symrig {
@@ -109,6 +116,127 @@ std::int64_t anonymous_memory() {
 void give_back_freed_memory() {
   constexpr std::size_t kMuch = std::size_t{64} << 20;
   if (::mallinfo2().fordblks >= kMuch) ::malloc_trim(0);
+}
+
+namespace {
+
+constexpr std::size_t kLeastFile = std::size_t{256} << 10;  ///< smaller memory is never in a file
+/// Smaller memory comes from the heap, which keeps what is freed. New pages take time.
+constexpr std::size_t kLeastPages = std::size_t{32} << 20;
+constexpr std::size_t kPage = std::size_t{64} << 10;  ///< a multiple of every page size
+
+std::size_t rounded(std::size_t bytes) {
+  return (bytes + kPage - 1) / kPage * kPage;
+}
+
+}  // namespace
+
+PagedMemory::PagedMemory(PagedMemory&& other) noexcept {
+  swap(other);
+}
+
+PagedMemory& PagedMemory::operator=(PagedMemory&& other) noexcept {
+  if (this != &other) {
+    release();
+    swap(other);
+  }
+  return *this;
+}
+
+PagedMemory::~PagedMemory() {
+  release();
+}
+
+void PagedMemory::swap(PagedMemory& other) noexcept {
+  std::swap(data_, other.data_);
+  std::swap(capacity_, other.capacity_);
+  std::swap(storage_, other.storage_);
+  std::swap(file_, other.file_);
+}
+
+void PagedMemory::release() {
+  if (storage_ != Storage::file) base::scratch_files().in_memory -= static_cast<std::int64_t>(capacity_);
+  if (storage_ == Storage::heap) std::free(data_);
+  if (storage_ == Storage::pages) ::munmap(data_, capacity_);
+  if (storage_ == Storage::file) base::scratch_files().put_back({file_, data_, capacity_});
+  data_ = nullptr;
+  capacity_ = 0;
+  storage_ = Storage::heap;
+  file_ = -1;
+}
+
+void PagedMemory::grow(std::size_t bytes) {
+  // Pages cost nothing before they are used; blocks of a disk do.
+  const std::size_t more = storage_ == Storage::file ? bytes / 8 : bytes / 2;
+  reserve(bytes + more);
+}
+
+void PagedMemory::reserve(std::size_t bytes) {
+  if (bytes <= capacity_) return;
+  const std::size_t capacity = rounded(bytes);
+  if (storage_ == Storage::file) return grow_file(capacity);
+  if (bytes >= kLeastFile)
+    if (const auto folder = base::scratch_files().folder_for(capacity - capacity_))
+      return move_to_file(capacity, *folder);
+  if (storage_ == Storage::heap && bytes < kLeastPages) return grow_heap(bytes);
+  grow_pages(capacity);
+}
+
+void PagedMemory::grow_heap(std::size_t capacity) {
+  void* const data = std::realloc(data_, capacity);
+  if (data == nullptr) throw std::bad_alloc();
+  base::scratch_files().in_memory += static_cast<std::int64_t>(capacity - capacity_);
+  data_ = data;
+  capacity_ = capacity;
+}
+
+void PagedMemory::grow_pages(std::size_t capacity) {
+  if (storage_ == Storage::pages) {
+    void* const moved = ::mremap(data_, capacity_, capacity, MREMAP_MAYMOVE);
+    if (moved == MAP_FAILED) throw std::bad_alloc();
+    base::scratch_files().in_memory += static_cast<std::int64_t>(capacity - capacity_);
+    data_ = moved;
+    capacity_ = capacity;
+    return;
+  }
+  void* const data = ::mmap(nullptr, capacity, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (data == MAP_FAILED) throw std::bad_alloc();
+  if (capacity_ > 0) std::memcpy(data, data_, capacity_);
+  release();
+  data_ = data;
+  capacity_ = capacity;
+  storage_ = Storage::pages;
+  base::scratch_files().in_memory += static_cast<std::int64_t>(capacity);
+}
+
+void PagedMemory::move_to_file(std::size_t capacity, const std::filesystem::path& folder) {
+  const base::ScratchFile to = base::scratch_files().get(capacity, folder);
+  if (capacity_ > 0) std::memcpy(to.data, data_, capacity_);
+  release();
+  become(to);
+}
+
+void PagedMemory::read(std::size_t first, std::size_t count, void* to) const {
+  for (std::size_t done = 0; done < count;) {
+    const ::ssize_t got =
+        ::pread(file_, static_cast<char*>(to) + done, count - done, static_cast<::off_t>(first + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw NoScratchSpace("a scratch file cannot be read: it was cut, or its disk fails");
+    done += static_cast<std::size_t>(got);
+  }
+}
+
+void PagedMemory::grow_file(std::size_t capacity) {
+  base::ScratchFile one{file_, data_, capacity_};
+  base::scratch_files().grow(one, capacity);
+  become(one);
+}
+
+void PagedMemory::become(const base::ScratchFile& file) {
+  data_ = file.data;
+  capacity_ = file.bytes;
+  file_ = file.file;
+  storage_ = Storage::file;
 }
 
 }  // namespace symrig

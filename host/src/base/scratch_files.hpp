@@ -2,7 +2,7 @@
 // What all paged memory of the process shares: the budget, and the mapped scratch files.
 #pragma once
 
-#include "symrig/base/memory_scope.hpp"
+#include "symrig/base/memory.hpp"
 
 #include <atomic>
 #include <condition_variable>

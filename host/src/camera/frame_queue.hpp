@@ -3,7 +3,6 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/camera/stream_report.hpp"
 
 #include <condition_variable>
 #include <cstddef>

@@ -3,9 +3,9 @@
 
 #include "conformance/check.hpp"
 #include "conformance/raw_session.hpp"
-#include "symrig/board/ticks.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/protocol/line_config.hpp"
-#include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/program.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -39,7 +39,7 @@ struct Check {
   Verdict (*run)(BoardUnderTest& board);
 };
 
-// One list for each group, in the file of its name.
+// One list for each group.
 std::span<const Check> identity_checks();
 std::span<const Check> wire_checks();
 std::span<const Check> event_checks();

@@ -2,7 +2,7 @@
 // Uploads: chunks in a window, lost, repeated, out of order; and refused commits.
 #include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "symrig/protocol/data_chunk.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <algorithm>
 #include <array>

@@ -2,6 +2,7 @@
 #include "symrig/hdr/bracket_plan.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -10,6 +11,85 @@
 #include <fmt/format.h>
 
 namespace symrig {
+namespace {
+
+// Keeps the exponent and the first two bits of the mantissa of a positive float.
+constexpr unsigned kShift = 21;
+constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-60F) >> kShift;
+
+}  // namespace
+
+std::size_t LightHistogram::bin_of(float radiance) {
+  if (!(radiance >= 0x1p-60F)) return 0;
+  return std::min<std::size_t>((std::bit_cast<std::uint32_t>(radiance) >> kShift) - kFirst + 1, kBins - 1);
+}
+
+double LightHistogram::upper_end(std::size_t bin) {
+  if (bin == 0) return 0;
+  return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bin + kFirst) << kShift));
+}
+
+void LightHistogram::add(const LightHistogram& other) {
+  for (std::size_t bin = 0; bin < kBins; ++bin) counts_[bin] += other.counts_[bin];
+}
+
+double LightHistogram::pixels() const {
+  double sum = 0;
+  for (const double n : counts_) sum += n;
+  return sum;
+}
+
+double LightHistogram::mean_square() const {
+  double sum = 0, pixels = 0;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    const double middle = 0.92 * upper_end(bin);  // geometric middle of a quarter of an octave
+    sum += counts_[bin] * middle * middle;
+    pixels += counts_[bin];
+  }
+  return pixels > 0 ? sum / pixels : 0;
+}
+
+std::vector<ExpectedLight> LightHistogram::lights() const {
+  std::vector<ExpectedLight> lights;
+  for (std::size_t bin = 0; bin < kBins; ++bin)
+    if (counts_[bin] > 0) lights.push_back({upper_end(bin), counts_[bin]});
+  return lights;
+}
+
+namespace {
+
+constexpr double kWhole = 1e-3;  // largest difference from whole periods, as a share of a period
+
+double milliseconds(Nanoseconds t) {
+  return 1e3 * seconds(t);
+}
+
+}  // namespace
+
+Result<BeatForecast> forecast_beat(Nanoseconds exposure, Nanoseconds period, double duty) {
+  if (exposure <= Nanoseconds{0} || period <= Nanoseconds{0} || !(duty > 0 && duty <= 1))
+    return Error{
+        ErrorCode::bad_argument,
+        fmt::format("cannot compare an exposure of {:.4g} ms with a period of {:.4g} ms at a duty of {}",
+                    milliseconds(exposure), milliseconds(period), duty),
+        "give times above 0 and a duty from 0 to 1"};
+  BeatForecast beat;
+  beat.periods = seconds(exposure) / seconds(period);
+  const double nearest = std::max(1.0, std::round(beat.periods));
+  beat.nearest_whole = static_cast<std::int64_t>(nearest) * period;
+  const double f = beat.periods - std::floor(beat.periods);
+  const double low = std::max(0.0, f + duty - 1), high = std::min(f, duty);
+  const bool whole = std::abs(beat.periods - nearest) <= kWhole;
+  beat.spread = whole ? 0 : (high - low) / (beat.periods * duty);
+  return beat;
+}
+
+std::string BeatForecast::to_string(Nanoseconds exposure, Nanoseconds period) const {
+  return fmt::format(
+      "exposure {:.4g} ms is {:.3g} periods of {:.4g} ms: its light may vary by {:.2g} %; {:.4g} ms is whole",
+      milliseconds(exposure), periods, milliseconds(period), 100 * spread, milliseconds(nearest_whole));
+}
+
 namespace {
 
 constexpr double kStep = std::numbers::sqrt2;  // ratio of neighbouring candidate exposures

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hdr/clipping.hpp"
+#include "symrig/hdr/internal/clipping.hpp"
 
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <array>

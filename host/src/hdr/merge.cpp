@@ -80,18 +80,18 @@ struct Nothing {
 };
 
 /// Pixels [begin, begin + count) of one channel: what one task merges.
-struct Piece {
+struct MergeTask {
   int channel;
   std::size_t begin, count;
 };
 
-const std::uint8_t* dead_flags(const Image<std::uint8_t>* dead, const Piece& piece,
+const std::uint8_t* dead_flags(const Image<std::uint8_t>* dead, const MergeTask& piece,
                                const std::uint8_t* none) {
   if (dead == nullptr) return none;
   return dead->plane(dead->channels() == 1 ? 0 : piece.channel).data() + piece.begin;
 }
 
-hdr::MergeRange range_of(std::span<const Frame> frames, const MergeOptions& options, const Piece& piece,
+hdr::MergeRange range_of(std::span<const Frame> frames, const MergeOptions& options, const MergeTask& piece,
                          Radiance& out) {
   static const Nothing nothing;
   const std::size_t pixels = out.mean.grid().size();
@@ -130,7 +130,7 @@ Result<void> merge_into(std::span<const Frame> frames, Grid grid, int channels, 
   std::atomic<bool> finite = true;
   tbb::parallel_for(std::size_t{0}, pieces * static_cast<std::size_t>(channels), [&](std::size_t task) {
     const std::size_t begin = task % pieces * kGrain;
-    const Piece piece{static_cast<int>(task / pieces), begin, std::min(kGrain, pixels - begin)};
+    const MergeTask piece{static_cast<int>(task / pieces), begin, std::min(kGrain, pixels - begin)};
     if (!hdr::merge_range(bracket, range_of(frames, options, piece, out), stores)) finite = false;
   });
   if (!finite) return Error{ErrorCode::bad_value, "the black photograph contains NaN or infinity"};

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/hdr/merge_stream.hpp"
-
 #include "hdr/merge_checks.hpp"
-#include "hdr/merge_stream_kernel.hpp"
+#include "hdr/merge_kernel.hpp"
+#include "symrig/hdr/merge.hpp"
 
 #include <algorithm>
 #include <atomic>

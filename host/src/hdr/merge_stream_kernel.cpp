@@ -3,7 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE \
   "hdr/merge_stream_kernel.cpp"  // NOLINT(cppcoreguidelines-macro-usage): Highway's protocol
-#include "hdr/merge_stream_kernel.hpp"
+#include "hdr/merge_kernel.hpp"
 
 #include <hwy/foreach_target.h>  // must stand before highway.h
 #include <hwy/highway.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/mosaic.hpp"
 
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,13 +27,13 @@ Result<void> check_mosaic(const Radiance& mosaic) {
                "give the merged mosaic, before demosaicing"};
 }
 
-struct Sample {
+struct MosaicSample {
   double mean = 0, variance = 0;
   bool valid = false;
 };
 
 /// One colour of a pixel from its neighbouring samples.
-Sample around(const Radiance& mosaic, const BayerPattern& pattern, int row, int col, int colour) {
+MosaicSample around(const Radiance& mosaic, const BayerPattern& pattern, int row, int col, int colour) {
   const Grid grid = mosaic.mean.grid();
   double sum = 0, variance = 0, weights = 0;
   for (int y = std::max(0, row - 1); y <= std::min(grid.rows - 1, row + 1); ++y)
@@ -48,7 +48,7 @@ Sample around(const Radiance& mosaic, const BayerPattern& pattern, int row, int 
   return {sum / weights, variance / (weights * weights), true};
 }
 
-void put(const Sample& sample, int row, int col, int colour, Radiance& into) {
+void put(const MosaicSample& sample, int row, int col, int colour, Radiance& into) {
   into.mean.at(row, col, colour) = static_cast<float>(sample.mean);
   into.variance.at(row, col, colour) = static_cast<float>(sample.variance);
   into.valid.at(row, col, colour) = sample.valid ? 1 : 0;

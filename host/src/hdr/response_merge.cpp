@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/hdr/response_merge.hpp"
-
 #include "hdr/merge_checks.hpp"
-#include "hdr/ratio_fit.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <algorithm>
 #include <array>

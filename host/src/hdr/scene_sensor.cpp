@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/hdr/scene_sensor.hpp"
-
-#include "hdr/clipping.hpp"
-#include "hdr/dark_level.hpp"
-#include "hdr/light_groups.hpp"
-#include "hdr/sensor_parts.hpp"
-#include "symrig/base/quantile.hpp"
+#include "hdr/scene_pixels.hpp"
+#include "hdr/sensor_statistics.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/hdr/internal/clipping.hpp"
+#include "symrig/hdr/sensor.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/sensor.hpp"
 
-#include "hdr/clipping.hpp"
-#include "hdr/sensor_parts.hpp"
-#include "symrig/base/quantile.hpp"
+#include "hdr/sensor_statistics.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/hdr/internal/clipping.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hdr/toml_keys.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nesting.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/internal/json_reader.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <array>
@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The legal range of a value.
-struct Range {
+struct LegalRange {
   double low, high;
 };
 
@@ -26,7 +26,7 @@ class Reader {
  public:
   Reader(const fs::path& path, const toml::table& table) : path_(path), table_(table) {}
 
-  double number(std::string_view key, Range range, std::optional<double> otherwise = {}) {
+  double number(std::string_view key, LegalRange range, std::optional<double> otherwise = {}) {
     const toml::node* node = table_.get(key);
     if (node == nullptr && otherwise) return *otherwise;
     const auto value = node != nullptr ? node->value<double>() : std::nullopt;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/nearest_name.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures for viewing: the exposure and the tone curve.
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

@@ -1,24 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR throws exceptions. Each call stands inside a try block here, so none leaves this file.
-#include "image/codec.hpp"
 #include "image/exr_facts.hpp"
+#include "symrig/image/file.hpp"
+#include "symrig/image/internal/codec.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <optional>
+#include <utility>
 
 #include <ImfChannelList.h>
+#include <ImfFloatAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
 #include <ImfVersion.h>
 #include <ImfXdr.h>
 
 namespace symrig::image {
+namespace {
+
+constexpr std::array<std::pair<const char*, std::string PictureFacts::*>, 4> kTexts{{
+    {"symrigUnits", &PictureFacts::units},
+    {"symrigView", &PictureFacts::view},
+    {"symrigLight", &PictureFacts::light},
+    {"symrigScene", &PictureFacts::scene},
+}};
+constexpr const char* kExposure = "symrigExposure";
+
+}  // namespace
+
+void write_facts(const PictureFacts& facts, Imf::Header& header) {
+  for (const auto& [name, text] : kTexts)
+    if (!(facts.*text).empty()) header.insert(name, Imf::StringAttribute(facts.*text));
+  if (facts.exposure) header.insert(kExposure, Imf::FloatAttribute(static_cast<float>(*facts.exposure)));
+}
+
+PictureFacts facts_of(const Imf::Header& header) {
+  PictureFacts facts;
+  for (const auto& [name, text] : kTexts)
+    if (const auto* const found = header.findTypedAttribute<Imf::StringAttribute>(name))
+      facts.*text = found->value();
+  if (const auto* const found = header.findTypedAttribute<Imf::FloatAttribute>(kExposure);
+      found != nullptr && std::isfinite(found->value()))
+    facts.exposure = static_cast<double>(found->value());
+  return facts;
+}
+
+// OpenEXR throws exceptions. Each call stands inside a try block here, so none leaves this file.
+
 namespace {
 
 class MemoryInput : public Imf::IStream {
@@ -204,3 +239,14 @@ Result<Buffer> encode_exr(const Image<float>& image, const std::string& name, co
 }
 
 }  // namespace symrig::image
+
+namespace symrig {
+
+Result<std::vector<std::byte>> encode_exr(const Image<float>& image) {
+  if (image.empty() || (image.channels() != 1 && image.channels() != 3))
+    return Error{ErrorCode::bad_argument, "OpenEXR needs a picture of 1 or 3 channels",
+                 "encode the channels one by one"};
+  return image::encode_exr(image, "picture");
+}
+
+}  // namespace symrig

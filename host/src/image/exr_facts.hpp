@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/image/picture_facts.hpp"
+#include "symrig/image/file.hpp"
 
 #include <ImfHeader.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/image/file.hpp"
 
-#include "image/codec.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/image/finite.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/image/internal/codec.hpp"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 
 namespace symrig {
+
 namespace image {
 
 Error damaged(const std::string& name, const std::string& what) {
@@ -141,6 +142,24 @@ std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
 std::vector<std::uint8_t> encode_bit_png(const Image<std::uint8_t>& image) {
   if (!image.grid().valid() || image.channels() != 1) return {};
   return octets(image::encode_png_bits(image));
+}
+
+Result<void> check_finite(const Image<float>& image, const std::string& name) {
+  return check_finite(image.values(), image.grid(), name);
+}
+
+Result<void> check_finite(std::span<const float> values, Grid grid, const std::string& name) {
+  // Counting takes a vector of pixels at a time; searching does not.
+  constexpr std::uint32_t kExponent = 0x7F800000;
+  const auto is_bad = [](float v) { return (std::bit_cast<std::uint32_t>(v) & kExponent) == kExponent; };
+  if (std::ranges::count_if(values, is_bad) == 0) return {};
+  const auto bad = std::ranges::find_if(values, is_bad);
+  const std::int64_t index = bad - values.begin();
+  const std::int64_t pixel = index % grid.size();
+  return Error{ErrorCode::bad_value,
+               fmt::format("{}: pixel (row {}, column {}) of channel {} is {}", name, pixel / grid.cols,
+                           pixel % grid.cols, index / grid.size(), std::isnan(*bad) ? "NaN" : "infinite"),
+               "replace such pixels before you use the picture as light"};
 }
 
 }  // namespace symrig

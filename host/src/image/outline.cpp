@@ -49,10 +49,10 @@ Polygon cut(const Polygon& whole, double Point::*axis, double at, double sign) {
 }
 
 /// The grid lines between which a polygon lies along one axis, within [0, size].
-struct Range {
+struct LineRange {
   int begin, end;
 };
-Range range_of(const Polygon& polygon, double Point::*axis, int size) {
+LineRange range_of(const Polygon& polygon, double Point::*axis, int size) {
   double low = polygon.corner[0].*axis, high = low;
   for (std::size_t i = 1; i < polygon.corners; ++i) {
     low = std::min(low, polygon.corner[i].*axis);
@@ -80,11 +80,11 @@ void cut_outline(const Outline& outline, Grid grid, std::vector<Overlap>& overla
   overlaps.clear();
   Polygon whole;
   for (const Point& p : outline) whole.add(p);
-  const Range rows = range_of(whole, &Point::row, grid.rows);
+  const LineRange rows = range_of(whole, &Point::row, grid.rows);
   for (int row = rows.begin; row < rows.end; ++row) {
     const Polygon across = strip(whole, &Point::row, row);
     if (across.corners < 3) continue;
-    const Range cols = range_of(across, &Point::col, grid.cols);
+    const LineRange cols = range_of(across, &Point::col, grid.cols);
     for (int col = cols.begin; col < cols.end; ++col)
       if (const auto part = strip(across, &Point::col, col).part(); part.area > 0)
         overlaps.push_back({row, col, part.area, part.middle});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Portable float map: "PF" or "Pf", width height, scale (its sign gives the byte order), rows from the bottom
 // up.
-#include "image/codec.hpp"
+#include "symrig/image/internal/codec.hpp"
 
 #include <bit>
 #include <charconv>
@@ -34,7 +34,7 @@ std::optional<Number> number(std::string_view word) {
   return value;
 }
 
-struct Header {
+struct PfmHeader {
   int channels = 0;
   Grid grid;
   bool little_endian = true;
@@ -55,7 +55,7 @@ bool ends_a_header(std::string_view text) {
 
 /// Where the pixels begin. The first byte of a pixel can be 10, as LF is. So the size of the file decides
 /// which white space belongs to the header.
-Result<std::size_t> pixels_begin(Bytes bytes, const Header& header, const std::string& name) {
+Result<std::size_t> pixels_begin(Bytes bytes, const PfmHeader& header, const std::string& name) {
   const std::size_t wanted = header.pixel_bytes();
   if (bytes.size() < header.bytes + 1 + wanted) return damaged(name, "PFM ends before its last pixel");
   const std::size_t begin = bytes.size() - wanted;
@@ -67,7 +67,7 @@ Result<std::size_t> pixels_begin(Bytes bytes, const Header& header, const std::s
                         bytes.size() - header.bytes, wanted));
 }
 
-Result<Header> read_header(Bytes bytes, const std::string& name) {
+Result<PfmHeader> read_header(Bytes bytes, const std::string& name) {
   const std::string_view whole(reinterpret_cast<const char*>(bytes.data()),
                                std::min<std::size_t>(bytes.size(), 256));
   std::string_view text = whole;
@@ -78,7 +78,7 @@ Result<Header> read_header(Bytes bytes, const std::string& name) {
   if (!cols || !rows || !scale || *scale == 0 || !std::isfinite(*scale))
     return damaged(name, "PFM header cannot be read");
   SYMRIG_TRY(const Grid grid, checked_grid(*rows, *cols, name));
-  return Header{colour ? 3 : 1, grid, *scale < 0, whole.size() - text.size()};
+  return PfmHeader{colour ? 3 : 1, grid, *scale < 0, whole.size() - text.size()};
 }
 
 float load(const std::byte* at, bool little_endian) {
@@ -97,7 +97,7 @@ bool is_pfm(Bytes bytes) {
 }
 
 Result<Image<float>> decode_pfm(Bytes bytes, const std::string& name) {
-  SYMRIG_TRY(const Header header, read_header(bytes, name));
+  SYMRIG_TRY(const PfmHeader header, read_header(bytes, name));
   SYMRIG_TRY(const std::size_t begin, pixels_begin(bytes, header, name));
   Image<float> image(header.grid, header.channels);
   const std::byte* at = bytes.data() + begin;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // libpng reports errors by longjmp. Each phase below is one function with setjmp at its beginning and no
 // local that needs a destructor. The caller owns all memory, so no jump skips a destructor.
-#include "image/codec.hpp"
 #include "symrig/image/file.hpp"
+#include "symrig/image/internal/codec.hpp"
 
 #include <array>
 #include <bit>

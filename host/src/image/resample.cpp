@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/image/resample.hpp"
+#include "symrig/image/image.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,18 +9,18 @@ namespace symrig {
 namespace {
 
 /// The old pixels under one new pixel, along one axis.
-struct Overlap {
+struct AxisOverlap {
   int first = 0;
   std::vector<double> share;  ///< of the new pixel, sums to 1
 };
 
 /// New pixel i covers [i, i + 1) · from / to of the old axis.
-std::vector<Overlap> overlaps(int from, int to) {
-  std::vector<Overlap> result(to);
+std::vector<AxisOverlap> overlaps(int from, int to) {
+  std::vector<AxisOverlap> result(to);
   const double step = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
     const double begin = i * step, end = std::min<double>((i + 1) * step, from);
-    Overlap& overlap = result[i];
+    AxisOverlap& overlap = result[i];
     overlap.first = static_cast<int>(begin);
     for (int k = overlap.first; k < end && k < from; ++k)
       overlap.share.push_back((std::min<double>(end, k + 1) - std::max<double>(begin, k)) / (end - begin));
@@ -28,7 +28,7 @@ std::vector<Overlap> overlaps(int from, int to) {
   return result;
 }
 
-double weighed(const Image<float>& image, int channel, const Overlap& rows, const Overlap& cols) {
+double weighed(const Image<float>& image, int channel, const AxisOverlap& rows, const AxisOverlap& cols) {
   double sum = 0;
   for (std::size_t r = 0; r < rows.share.size(); ++r)
     for (std::size_t c = 0; c < cols.share.size(); ++c)

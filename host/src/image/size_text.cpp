@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "image/size_text.hpp"
+#include "symrig/image/internal/size_text.hpp"
 
 #include <charconv>
 #include <string>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/job/capture_job.hpp"
 
-#include "acquisition/search/photographer.hpp"
-#include "job/watched_probe.hpp"
-#include "symrig/base/guarded.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "symrig/acquisition/probe.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/memory_scope.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -15,6 +14,7 @@
 #include <filesystem>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -24,7 +24,33 @@
 #include <sys/resource.h>
 #include <tbb/task_arena.h>
 
+namespace symrig::job {
+
+namespace {
+
+/// A probe that shows its photographs to somebody else too. It changes nothing.
+class WatchedProbe final : public ForwardingProbe {
+ public:
+  /// inner must outlive this.
+  WatchedProbe(Probe& inner, SeePhotographs see) : ForwardingProbe(inner), see_(std::move(see)) {}
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
+                                     Result<std::vector<Radiance>> photographs) override {
+    if (photographs && !patterns.empty() && photographs->size() == patterns.size())
+      see_(cost(), patterns, *photographs);
+    return photographs;
+  }
+
+  SeePhotographs see_;
+};
+
+}  // namespace
+
+}  // namespace symrig::job
+
 namespace symrig {
+
 namespace {
 
 std::int64_t peak_memory() {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/job/capture_log.hpp"
-
+#include "symrig/job/capture_job.hpp"
 #include "symrig/report/text.hpp"
 
 #include <filesystem>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/capture_page.hpp"
 
-#include "symrig/base/time_to_go.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/job/evaluation.hpp"
-#include "symrig/job/trouble.hpp"
+#include "symrig/job/rig_by_name.hpp"
 #include "symrig/viewer/live.hpp"
 
 #include <atomic>
@@ -81,15 +81,15 @@ class Reporter {
 
 }  // namespace
 
-class CapturePage::Serving {
+class CapturePage::ServedScene {
  public:
-  Serving(std::shared_ptr<LiveScene> scene, ViewServer server)
+  ServedScene(std::shared_ptr<LiveScene> scene, ViewServer server)
       : scene_(std::move(scene)),
         server_(std::move(server)),
         thread_(thread_without_signals([this] { server_.run([this] { return !ended_; }); })) {}
-  Serving(const Serving&) = delete;
-  Serving& operator=(const Serving&) = delete;
-  ~Serving() {
+  ServedScene(const ServedScene&) = delete;
+  ServedScene& operator=(const ServedScene&) = delete;
+  ~ServedScene() {
     ended_ = true;
     thread_.join();
   }
@@ -104,7 +104,7 @@ class CapturePage::Serving {
   std::thread thread_;  // the last member: it uses the others
 };
 
-CapturePage::CapturePage(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
+CapturePage::CapturePage(std::unique_ptr<ServedScene> served) : served_(std::move(served)) {}
 CapturePage::CapturePage(CapturePage&&) noexcept = default;
 CapturePage& CapturePage::operator=(CapturePage&&) noexcept = default;
 CapturePage::~CapturePage() = default;
@@ -117,15 +117,15 @@ Result<CapturePage> CapturePage::open(const OpenedRig& rig, ViewOptions options)
                  "capture without the page"};
   auto scene = std::make_shared<LiveScene>(probe.grid(), probe.channels(), probe.views());
   SYMRIG_TRY(ViewServer server, ViewServer::open(scene, std::move(options)));
-  return CapturePage(std::make_unique<Serving>(std::move(scene), std::move(server)));
+  return CapturePage(std::make_unique<ServedScene>(std::move(scene), std::move(server)));
 }
 
 std::string CapturePage::address() const {
-  return serving_->address();
+  return served_->address();
 }
 
 CaptureJob CapturePage::watched(CaptureJob job, const OpenedRig& rig) const {
-  const auto reporter = std::make_shared<Reporter>(serving_->scene(), rig);
+  const auto reporter = std::make_shared<Reporter>(served_->scene(), rig);
   job.see = [reporter](const ProbeCost& cost, std::span<const Pattern> patterns,
                        std::span<const Radiance> photographs) { reporter->see(cost, patterns, photographs); };
   job.options.watch = [reporter](const CaptureSnapshot& found) { reporter->snapshot(found); };
@@ -139,11 +139,11 @@ CaptureJob CapturePage::watched(CaptureJob job, const OpenedRig& rig) const {
 void CapturePage::complete(const CaptureOutcome& outcome) const {
   StoredScene scene{outcome.result.tensor, outcome.json, outcome.result.held_out};
   auto truth = true_transport_of(scene);
-  serving_->scene().complete(std::move(scene), std::move(truth));
+  served_->scene().complete(std::move(scene), std::move(truth));
 }
 
 void CapturePage::fail(std::string line) const {
-  LiveScene& scene = serving_->scene();
+  LiveScene& scene = served_->scene();
   const bool watched = scene.watched_within(kWatches);
   scene.fail(std::move(line));
   if (!watched) return;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/job/dense_file.hpp"
 
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,11 +10,13 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 namespace symrig {
+
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -118,6 +121,38 @@ Result<void> save_dense(const std::filesystem::path& path, const TransportTensor
   bytes.reserve(bytes.size() + static_cast<std::size_t>(rows * cols) * sizeof(float));
   SYMRIG_CHECK(append_columns(bytes, tensor, matlab, progress));
   return write_file_atomically(path, bytes);
+}
+
+namespace {
+
+/// The level that tells most against data-sparse transport, or nothing.
+std::string evidence_text(const Undetermined& found) {
+  const LevelEvidence* most = nullptr;
+  for (const LevelEvidence& level : found.levels)
+    if (level.tested > 0 && (most == nullptr || level.unexplained > most->unexplained)) most = &level;
+  if (most == nullptr) return {};
+  return fmt::format("; on level {}, {} of {} nodes are leaves and {:.0f} % of their energy is unexplained",
+                     most->level, most->leaves, most->tested, 100 * most->unexplained);
+}
+
+Result<void> refuse_not_sparse(const CaptureResult& result) {
+  if (!result.undetermined) return {};
+  const Undetermined& found = *result.undetermined;
+  return Error{ErrorCode::bad_value,
+               fmt::format("the matrix is not data-sparse: {} (the search would need at least {} products, "
+                           "and the matrix has {} columns{})",
+                           found.reason, found.forecast, found.brute_force, evidence_text(found)),
+               "algorithm brute stores it column by column"};
+}
+
+}  // namespace
+
+Result<ImportOutcome> import_matrix(CaptureJob job, OpenedRig& matrix) {
+  job.accept = refuse_not_sparse;
+  SYMRIG_TRY(CaptureOutcome capture, run_job(job, matrix));
+  SYMRIG_TRY(Judged judged, judge_by_rig(capture.result.tensor, *matrix.probe, job.options.progress));
+  const double bytes = capture.result.tensor.dense_bytes();
+  return ImportOutcome{std::move(capture), std::move(judged), bytes};
 }
 
 }  // namespace symrig

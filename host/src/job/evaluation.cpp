@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/evaluation.hpp"
 
-#include "symrig/acquisition/measured_errors.hpp"
+#include "symrig/acquisition/evaluate.hpp"
 #include "symrig/job/rig_by_name.hpp"
-#include "symrig/sim/bench_truth.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <memory>
 #include <utility>

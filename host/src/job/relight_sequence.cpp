@@ -1,23 +1,94 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/job/relight_sequence.hpp"
 
-#include "job/sequence_file.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/result.hpp"
 #include "symrig/image/file.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/job/relight.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>
 #include <tbb/task_group.h>
 
+namespace symrig::job {
+
+namespace {
+
+/// What the pictures of an output folder are made of. A resumed job trusts only pictures that it lists.
+struct SequenceFile {
+  std::string scene;                              ///< SHA-256
+  std::string asked;                              ///< as SequenceOutput::asked
+  double exposure = 0;                            ///< 0: pictures of radiance
+  std::map<std::string, std::uint32_t> pictures;  ///< file name → light_digest of its light
+
+  /// fails: io, bad_format (not such a file; names it).  Nothing if there is none.
+  static Result<std::optional<SequenceFile>> read(const std::filesystem::path& folder);
+  Result<void> write(const std::filesystem::path& folder) const;
+};
+
+using SequenceJson = nlohmann::ordered_json;
+
+constexpr std::uint64_t kLargestFile = std::uint64_t{1} << 28;  // two million pictures
+
+std::optional<SequenceFile> parsed(const SequenceJson& json) {
+  if (!json.is_object() || !json.contains("scene") || !json["scene"].is_string() || !json.contains("asked") ||
+      !json["asked"].is_string() || !json.contains("exposure") || !json["exposure"].is_number() ||
+      !json.contains("lights") || !json["lights"].is_object())
+    return {};
+  SequenceFile file{json["scene"], json["asked"], json["exposure"], {}};
+  for (const auto& [picture, light] : json["lights"].items()) {
+    if (!light.is_number_unsigned()) return {};
+    file.pictures[picture] = light.get<std::uint32_t>();
+  }
+  return file;
+}
+
+Result<std::optional<SequenceFile>> SequenceFile::read(const std::filesystem::path& folder) {
+  const std::filesystem::path path = folder / kSequenceFile;
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return std::optional<SequenceFile>();
+  SYMRIG_TRY(const auto bytes, read_file(path, kLargestFile));
+  const SequenceJson json = SequenceJson::parse(bytes.begin(), bytes.end(), nullptr, false);
+  std::optional<SequenceFile> file = parsed(json);
+  if (!file)
+    return Error{ErrorCode::bad_format, path.string() + " is not a list of relit pictures",
+                 "give an empty folder, or remove that file"};
+  return file;
+}
+
+Result<void> SequenceFile::write(const std::filesystem::path& folder) const {
+  SequenceJson lights = SequenceJson::object();
+  for (const auto& [picture, light] : pictures) lights[picture] = light;
+  const SequenceJson json{{"scene", scene}, {"asked", asked}, {"exposure", exposure}, {"lights", lights}};
+  return write_file_atomically(folder / kSequenceFile, json.dump(1) + "\n");
+}
+
+/// CRC-32C of a light's values: an accidental change is seen.
+std::uint32_t light_digest(const Image<float>& light) {
+  return acquisition::fast_crc32c(std::as_bytes(light.values()));
+}
+
+}  // namespace
+
+}  // namespace symrig::job
+
 namespace symrig {
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/job/sensor_job.hpp"
-
-#include "symrig/calibration/sensor_record.hpp"
-#include "symrig/rig/open_rig.hpp"
-#include "symrig/rig/sensor_frames.hpp"
+#include "symrig/calibration/sensor_folder.hpp"
+#include "symrig/job/rig_by_name.hpp"
+#include "symrig/rig/frame_taker.hpp"
+#include "symrig/rig/rig_file.hpp"
 
 #include <optional>
 #include <utility>

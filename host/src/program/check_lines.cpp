@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -18,7 +18,7 @@ constexpr Nanoseconds kLongestLaserKeepAlive{500'000'000};  // the board's limit
 
 class LineCheck {
  public:
-  LineCheck(const ProgramFile& file, const BoardInfo& board, Findings& findings)
+  LineCheck(const ProgramFile& file, const BoardInfo& board, LintFindings& findings)
       : file_(file), board_(board), findings_(findings) {}
 
   void run() {
@@ -196,11 +196,11 @@ class LineCheck {
 
   const ProgramFile& file_;
   const BoardInfo& board_;
-  Findings& findings_;
+  LintFindings& findings_;
 };
 
 void note_assumptions(std::string_view table, std::string_view profile, const std::vector<std::string>& keys,
-                      int place, Findings& findings) {
+                      int place, LintFindings& findings) {
   if (keys.empty()) return;
   std::string all;
   for (const std::string& key : keys) all += (all.empty() ? "" : ", ") + key;
@@ -210,11 +210,11 @@ void note_assumptions(std::string_view table, std::string_view profile, const st
 
 }  // namespace
 
-void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& findings) {
+void check_lines(const ProgramFile& file, const BoardInfo& board, LintFindings& findings) {
   LineCheck(file, board, findings).run();
 }
 
-void check_profiles(const ProgramFile& file, Findings& findings) {
+void check_profiles(const ProgramFile& file, LintFindings& findings) {
   const RigSetup& rig = file.rig;
   if (file.scan || has_step(file.steps, FileStep::Kind::expose))
     note_assumptions("camera", rig.camera.name, rig.camera.assumptions, rig.camera_place, findings);

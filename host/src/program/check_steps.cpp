@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
 #include "program/timing.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <cstdlib>
 #include <optional>
@@ -13,7 +13,7 @@ namespace symrig::program {
 namespace {
 
 void check_timeout(Nanoseconds timeout, int place, std::string_view key, const BoardInfo& board,
-                   Findings& findings) {
+                   LintFindings& findings) {
   const Ticks ticks = board.rate.ticks(timeout);
   if (ticks.count > 0 && ticks <= board.max_dwell) return;
   const Nanoseconds longest = board.rate.nanoseconds(board.max_dwell);
@@ -24,7 +24,7 @@ void check_timeout(Nanoseconds timeout, int place, std::string_view key, const B
       setting(key, ticks.count == 0 ? Nanoseconds{1'000'000} : longest));
 }
 
-void check_rounding(Nanoseconds time, int place, const BoardInfo& board, Findings& findings) {
+void check_rounding(Nanoseconds time, int place, const BoardInfo& board, LintFindings& findings) {
   const Nanoseconds realised = board.rate.nanoseconds(board.rate.ticks(time));
   if (realised.count() == 0 && time.count() != 0)
     return findings.error(
@@ -41,7 +41,7 @@ void check_rounding(Nanoseconds time, int place, const BoardInfo& board, Finding
       fmt::format("use \"{}\"", base::duration_text(realised)));
 }
 
-void check_step(const FileStep& step, const RigSetup& rig, const BoardInfo& board, Findings& findings) {
+void check_step(const FileStep& step, const RigSetup& rig, const BoardInfo& board, LintFindings& findings) {
   const Nanoseconds least = rig.camera.min_exposure;
   switch (step.kind) {
     case FileStep::Kind::wait:
@@ -63,7 +63,7 @@ void check_step(const FileStep& step, const RigSetup& rig, const BoardInfo& boar
 }
 
 void check_list(const std::vector<FileStep>& steps, const RigSetup& rig, const BoardInfo& board,
-                Findings& findings) {
+                LintFindings& findings) {
   for (const FileStep& step : steps) {
     check_step(step, rig, board, findings);
     check_list(step.steps, rig, board, findings);
@@ -72,7 +72,7 @@ void check_list(const std::vector<FileStep>& steps, const RigSetup& rig, const B
 
 /// The board cannot make a pulse that is shorter than its shortest word.
 void check_pulse(std::string_view key, Nanoseconds width, int place, const BoardInfo& board,
-                 Findings& findings) {
+                 LintFindings& findings) {
   const Nanoseconds least = board.rate.nanoseconds(board.min_dwell);
   if (width >= least) return;
   findings.error(place, "trigger_pulse",
@@ -81,7 +81,7 @@ void check_pulse(std::string_view key, Nanoseconds width, int place, const Board
                  setting(key, least));
 }
 
-void check_projector(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
+void check_projector(const RigSetup& rig, const BoardInfo& board, LintFindings& findings) {
   const ProjectorProfile& projector = rig.projector;
   const int place = rig.projector_place;
   check_pulse("advance_pulse", projector.advance_pulse, place, board, findings);
@@ -103,21 +103,21 @@ void check_projector(const RigSetup& rig, const BoardInfo& board, Findings& find
         setting("advance_pulse", refresh / 2));
 }
 
-void check_camera(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
+void check_camera(const RigSetup& rig, const BoardInfo& board, LintFindings& findings) {
   if (rig.camera.mode == ExposureMode::timed)
     check_pulse("trigger_pulse", rig.camera.trigger_pulse, rig.camera_place, board, findings);
 }
 
 }  // namespace
 
-void check_times(const ProgramFile& file, const BoardInfo& board, Findings& findings) {
+void check_times(const ProgramFile& file, const BoardInfo& board, LintFindings& findings) {
   check_list(file.steps, file.rig, board, findings);
   if (file.scan || has_step(file.steps, FileStep::Kind::pattern)) check_projector(file.rig, board, findings);
   if (file.scan || has_step(file.steps, FileStep::Kind::expose)) check_camera(file.rig, board, findings);
 }
 
 void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const Timeline& timeline,
-                         const std::vector<int>& places, Findings& findings) {
+                         const std::vector<int>& places, LintFindings& findings) {
   const RigLine* camera = file.rig.with_role(RigRole::camera);
   if (camera == nullptr) return;
   const int line = board.line(camera->config.line);

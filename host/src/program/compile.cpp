@@ -3,13 +3,86 @@
 
 #include "program/passes.hpp"
 #include "program/timing.hpp"
-#include "symrig/board/lint.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/board/internal/explain.hpp"
+#include "symrig/board/program.hpp"
 #include "symrig/program/timeline.hpp"
+#include "symrig/protocol/check_program.hpp"
 
 #include <algorithm>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
+
+namespace symrig::program {
+
+bool LintFindings::fatal() const {
+  return std::any_of(all_.begin(), all_.end(),
+                     [](const FileFinding& finding) { return finding.severity == Severity::error; });
+}
+
+std::vector<FileFinding> LintFindings::take() {
+  const auto key = [](const FileFinding& f) { return std::tie(f.place, f.rule, f.what); };
+  std::stable_sort(all_.begin(), all_.end(),
+                   [&key](const FileFinding& a, const FileFinding& b) { return key(a) < key(b); });
+  all_.erase(std::unique(all_.begin(), all_.end(),
+                         [&key](const FileFinding& a, const FileFinding& b) { return key(a) == key(b); }),
+             all_.end());
+  return std::move(all_);
+}
+
+std::string setting(std::string_view key, Nanoseconds value) {
+  return fmt::format("{} = \"{}\"", key, base::duration_text(value));
+}
+
+std::string bracket_setting(const std::vector<Nanoseconds>& bracket) {
+  std::string list;
+  for (const Nanoseconds exposure : bracket)
+    list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", base::duration_text(exposure));
+  return "bracket = [" + list + "]";
+}
+
+}  // namespace symrig::program
+
+namespace symrig {
+
+std::string_view name(Severity severity) {
+  switch (severity) {
+    case Severity::note:
+      return "note";
+    case Severity::warning:
+      return "warning";
+    case Severity::error:
+      return "error";
+  }
+  return "error";
+}
+
+std::string FileFinding::text(std::string_view file) const {
+  return fmt::format("{}:{}: {}: {}: {}{}{}", file, place, name(severity), rule, what,
+                     alternative.empty() ? "" : "; ", alternative);
+}
+
+}  // namespace symrig
+
+namespace symrig::program {
+
+void fill_durations(CompiledProgram& compiled) {
+  const auto config = board::line_setup(compiled.board, compiled.lines);
+  if (!config) return;
+  protocol::ProgramTiming timing;
+  protocol::check_program({{compiled.program.bytes().data(), compiled.program.bytes().size()}},
+                          board::program_rules(compiled.board, *config), timing,
+                          [](const protocol::Violation&) { return false; });
+  compiled.steps = timing.steps;
+  compiled.shortest = compiled.board.rate.nanoseconds(Ticks{timing.min});
+  compiled.longest = compiled.board.rate.nanoseconds(Ticks{timing.max});
+  compiled.expected = compiled.shortest;
+}
+
+}  // namespace symrig::program
 
 namespace symrig {
 namespace {
@@ -61,7 +134,7 @@ std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& b
 }
 
 /// Reports broken rules of the board, at the lines of the file.
-void check_board(const CompiledProgram& compiled, int place, program::Findings& findings) {
+void check_board(const CompiledProgram& compiled, int place, program::LintFindings& findings) {
   for (const Finding& finding : lint(compiled.program, compiled.board, compiled.lines)) {
     const bool placed = finding.record < compiled.places.size() && compiled.places[finding.record] != 0;
     findings.error(
@@ -102,7 +175,8 @@ void estimate(const ProgramFile& file, CompiledProgram& compiled) {
 }
 
 /// The checks that need the records: the board's rules, and the camera's pulses in programs with steps.
-void check_records(const ProgramFile& file, const CompiledProgram& compiled, program::Findings& findings) {
+void check_records(const ProgramFile& file, const CompiledProgram& compiled,
+                   program::LintFindings& findings) {
   check_board(compiled, file.scan ? file.scan->place : 0, findings);
   if (file.scan || findings.fatal()) return;
   TimelineOptions twice;
@@ -125,7 +199,7 @@ CompiledProgram assemble(const ProgramFile& file, const BoardInfo& board, progra
 }  // namespace
 
 Compilation compile_program(const ProgramFile& file, const BoardInfo& board) {
-  program::Findings findings;
+  program::LintFindings findings;
   program::check_lines(file, board, findings);
   program::check_times(file, board, findings);
   program::check_profiles(file, findings);

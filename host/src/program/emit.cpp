@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ struct Event {
 
 class Emitter {
  public:
-  Emitter(const RigSetup& rig, const BoardInfo& board, Findings& findings)
+  Emitter(const RigSetup& rig, const BoardInfo& board, LintFindings& findings)
       : board_(board), findings_(findings), builder_(board) {
     for (const RigLine& line : rig.lines) {
       const int k = board.line(line.config.line);
@@ -170,7 +170,7 @@ class Emitter {
   void note_place(int place) { places_.resize(builder_.records(), place); }
 
   const BoardInfo& board_;
-  Findings& findings_;
+  LintFindings& findings_;
   ProgramBuilder builder_;
   std::array<Ticks, 32> delays_{};
   std::vector<Event> events_;
@@ -185,7 +185,7 @@ class Emitter {
 }  // namespace
 
 std::optional<Emitted> emit(const MoveList& moves, const RigSetup& rig, const BoardInfo& board,
-                            Findings& findings) {
+                            LintFindings& findings) {
   Emitter emitter(rig, board, findings);
   int place = 0;
   for (const Move& move : moves.moves()) {

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/program/symprog.hpp"
-
-#include "base/json_numbers.hpp"
-#include "board/session/board_json.hpp"
-#include "board/session/line_setup.hpp"
-#include "board/session/names.hpp"
 #include "program/passes.hpp"
+#include "symrig/base/internal/json_reader.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/board/internal/explain.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
 

@@ -1,25 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of projector drivers. A new driver is a folder beside drm, and its header and a line here
+// The table of projector drivers. A new driver is a folder beside drm, and its function here
 // (CONTRIBUTING.md).
-#include "projector/dlpc350/dlpc350_driver.hpp"
-#include "projector/dlpc900/dlpc900_driver.hpp"
-#include "projector/driver.hpp"
-#include "projector/drm/drm_driver.hpp"
-#include "projector/folder/folder_driver.hpp"
+#include "symrig/projector/internal/driver.hpp"
 
 #include <algorithm>
 #include <array>
 
 namespace symrig::projector {
 
+// Each is in the driver's folder.
+ProjectorDriver drm_driver();
+ProjectorDriver folder_driver();
+ProjectorDriver dlpc350_driver();
+ProjectorDriver dlpc900_driver();
+
 std::span<const ProjectorDriver> projector_drivers() {
-  static constexpr std::array kDrivers{
+  static const std::array drivers{
       drm_driver(),
       folder_driver(),
       dlpc350_driver(),
       dlpc900_driver(),
   };
-  return kDrivers;
+  return drivers;
 }
 
 const ProjectorDriver* usual_driver(const base::TableReader& table) {

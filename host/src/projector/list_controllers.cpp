@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which DLP controllers there are, of every kind, and what each tells about itself.
-#include "projector/dlp/find_controllers.hpp"
-#include "projector/dlpc350/look.hpp"
-#include "projector/dlpc900/look.hpp"
-#include "symrig/projector/dlp_controller.hpp"
+#include "symrig/projector/find_projectors.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
+#include "symrig/projector/internal/dlpc350.hpp"
+#include "symrig/projector/internal/dlpc900.hpp"
 
 #include <utility>
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "report/ratio_text.hpp"
 #include "symrig/report/bench.hpp"
 #include "symrig/report/text.hpp"
@@ -7,7 +8,40 @@
 
 #include <fmt/format.h>
 
+namespace symrig::report {
+
+namespace {
+
+std::string with_reach(Reach reach, double value) {
+  return (reach == Reach::at_most ? "≤ " : "") + text::short_number(value);
+}
+
+}  // namespace
+
+std::string ratio_text(const CurveReading& reading) {
+  return reading.reached() ? with_reach(reading.reach, reading.value) : "-";
+}
+
+std::string mean_text(const MeanRatio& mean) {
+  if (mean.averaged == 0) return "-";
+  std::string text = with_reach(mean.bounds > 0 ? Reach::at_most : Reach::read, mean.value);
+  const int all = mean.averaged + mean.not_reached + mean.zero;
+  if (mean.not_reached > 0) text += fmt::format(" ({} of {} not reached)", mean.not_reached, all);
+  if (mean.zero > 0) text += fmt::format(" ({} of {} zero)", mean.zero, all);
+  return text;
+}
+
+const FloodBias* flood_of_symrig(const BenchSummary& summary, const std::string& scene) {
+  const auto found = std::find_if(summary.flood.begin(), summary.flood.end(), [&scene](const FloodBias& b) {
+    return b.scene == scene && b.algorithm == Algorithm::symrig;
+  });
+  return found == summary.flood.end() ? nullptr : &*found;
+}
+
+}  // namespace symrig::report
+
 namespace symrig {
+
 namespace {
 
 using report::mean_text;
@@ -29,7 +63,7 @@ constexpr const char* kSummaryRow = "  {:<18}{:>13}{:>14}{:>13}{:>13}{:>14}{:>15
 
 std::string scene_row(const BenchSummary& summary, const std::string& scene) {
   const std::vector<BenchPair> pairs = pairs_of(summary, scene);
-  const auto cell = [&pairs](Reading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
+  const auto cell = [&pairs](CurveReading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
   const FloodBias* bias = report::flood_of_symrig(summary, scene);
   return fmt::format(kSummaryRow, scene, cell(&BenchPair::patterns_at_indirect),
                      cell(&BenchPair::patterns_at_bar_indirect), cell(&BenchPair::patterns_at_both),

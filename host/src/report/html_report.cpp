@@ -2,7 +2,6 @@
 #include "symrig/report/html_report.hpp"
 
 #include "report/html.hpp"
-#include "report/save_link.hpp"
 #include "report/sections.hpp"
 
 #include <filesystem>

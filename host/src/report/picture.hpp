@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/image/image.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <array>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <vector>
 
 /// Pictures for viewing: numbers become 8-bit colours here. No computation uses these colours.
+
 namespace symrig::report {
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -50,5 +52,16 @@ std::string base64(std::span<const std::uint8_t> bytes);
 
 /// `data:image/png;base64,…`.
 std::string data_uri(const Picture& picture);
+
+/// How finely the transport of each pixel is divided, on the camera's grid.
+struct PixelDepth {
+  /// Mean level of the leaves (including empty ones) in the pixel's row of T, over their entries.
+  Image<float> level;
+  /// Number of terms of the pixel's row of T: products of two pictures, single entries, entries of bands.
+  Image<float> terms;
+};
+
+/// needs: a symmetric tensor.
+PixelDepth pixel_depth(const TransportTensor& tensor);
 
 }  // namespace symrig::report

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/report/bench_summary.hpp"
+#include "symrig/report/bench.hpp"
 
 #include <string>
 
 namespace symrig::report {
 
 /// "0.43", "≤ 0.31"; "-" if not reached or if nothing was compared.
-std::string ratio_text(const Reading& reading);
+std::string ratio_text(const CurveReading& reading);
 /// The same for a mean, with the number of ratios that it omits: "0.43 (2 of 27 not reached)".
 std::string mean_text(const MeanRatio& mean);
 /// The bias of symrig on one scene; nullptr if it was not run.

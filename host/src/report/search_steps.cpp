@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/search_steps.hpp"
+#include "report/sections.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/report/summary.hpp"
 
-#include "report/capture_facts.hpp"
-#include "report/json_text.hpp"
-#include "symrig/report/node_counts.hpp"
+#include "symrig/report/internal/json_text.hpp"
 #include "symrig/report/text.hpp"
 
 #include <algorithm>

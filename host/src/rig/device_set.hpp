@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rig/steady_clock.hpp"
+#include "rig/evidence.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <memory>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "rig/exposure_choice.hpp"
 
-#include "rig/shutter_timing.hpp"
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/rig/rig.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +13,51 @@
 
 #include <fmt/format.h>
 
+namespace symrig::rig {
+
+namespace {
+
+constexpr Nanoseconds kRounding{1'000};    // of an exposure and a gap to the board's ticks
+constexpr Nanoseconds kLeastGap{100'000};  // between two pulses, so that a camera sees the first one end
+
+}  // namespace
+
+void adopt_timing(RigOptions& options, const CameraTiming& timing) {
+  CameraProfile& camera = options.setup.camera;
+  const Nanoseconds longer = std::max(Nanoseconds{0}, timing.readout - camera.readout);
+  camera.readout += longer;
+  if (options.gap) *options.gap += longer;
+  camera.trigger_delay = std::max(camera.trigger_delay, timing.trigger_delay);
+  if (timing.overlap.count() == 0) return;
+  camera.overlap_time_max =
+      camera.overlap ? std::max(camera.overlap_time_max, timing.overlap) : timing.overlap;
+  camera.overlap = true;
+}
+
+Nanoseconds gap_without_overlap(const RigOptions& options) {
+  return options.gap.value_or(options.setup.camera.readout);
+}
+
+Nanoseconds longest_overlap(const RigOptions& options) {
+  const CameraProfile& camera = options.setup.camera;
+  if (!camera.overlap) return Nanoseconds{0};
+  const Nanoseconds gap = gap_without_overlap(options);
+  const Nanoseconds until_ready = camera.overlap_time_max + gap - camera.readout;
+  return std::max(Nanoseconds{0}, std::min(gap - kLeastGap, until_ready));
+}
+
+Nanoseconds overlap_before(Nanoseconds exposure, Nanoseconds longest) {
+  return std::clamp(exposure - kRounding, Nanoseconds{0}, longest);
+}
+
+}  // namespace symrig::rig
+
 namespace symrig {
+
 namespace {
 
 constexpr double kShareOfBlack = 1.0 / 16;  // share of the photographs' noise
-// [ns] The host merges 300 million samples a second (docs/benchmarks/kernels.md).
+// [ns] The host merges 300 million samples a second (docs/research/kernels.md).
 constexpr double kMerging = 1e9 / 300e6;
 
 Nanoseconds frame_cost(const RigOptions& options, const Camera& camera) {
@@ -130,6 +171,41 @@ Expectation expected_flood_lit(const Radiance& metered) {
   }
   expected.parts = std::move(parts);
   return expected;
+}
+
+std::optional<double> brightest_rate(const FrameReading& reading, std::span<const CameraFrame> frames,
+                                     std::span<const Nanoseconds> exposures, const Camera& camera,
+                                     double scale) {
+  std::optional<double> rate;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const auto one = reading.brightest_rate(frames[i], exposures[i], camera, scale)) rate = one;
+  return rate;
+}
+
+Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise) {
+  const double electrons = (noise.saturation_code() - noise.pedestal()) / noise.gain();
+  const double longest = 3600;  // limit in seconds: a black scene would ask for an infinite exposure
+  const double t = rate > 0 ? std::min(longest, electrons / (headroom * rate)) : longest;
+  return Nanoseconds(static_cast<std::int64_t>(1e9 * t));
+}
+
+Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, double ratio,
+                                                const CameraTiming& timing) {
+  const double span = std::pow(ratio, count - 1);
+  const double base = std::min(1e9 * seconds(wanted), 1e9 * seconds(timing.max_exposure) / span);
+  if (base < static_cast<double>(timing.min_exposure.count()))
+    return Error{
+        ErrorCode::limit,
+        fmt::format("a bracket of {} exposures at ratio {} would begin at {:.3g} ms; the camera allows "
+                    "{:.3g} ms to {:.3g} s",
+                    count, ratio, 1e-6 * base, 1e3 * seconds(timing.min_exposure),
+                    seconds(timing.max_exposure)),
+        "use fewer exposures, a smaller ratio, or less light"};
+  std::vector<Nanoseconds> exposures;
+  exposures.reserve(count);
+  for (int k = 0; k < count; ++k)
+    exposures.emplace_back(static_cast<std::int64_t>(base * std::pow(ratio, k)));
+  return exposures;
 }
 
 }  // namespace symrig

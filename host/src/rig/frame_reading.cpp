@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/frame_reading.hpp"
 
-#include "rig/live_pixels.hpp"
-#include "symrig/hdr/exposure_ratio.hpp"
 #include "symrig/hdr/merge.hpp"
-#include "symrig/hdr/merge_stream.hpp"
 
 #include <algorithm>
 #include <cmath>

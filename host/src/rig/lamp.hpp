@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/rig/open_rig.hpp"
-
-#include "camera/driver.hpp"
-#include "projector/driver.hpp"
-#include "rig/pairs/each_pair.hpp"
-#include "rig/sensor_facts.hpp"
+#include "rig/rig_file_keys.hpp"
 #include "symrig/board/link.hpp"
-#include "symrig/rig/device_pair.hpp"
+#include "symrig/camera/internal/driver.hpp"
+#include "symrig/projector/internal/driver.hpp"
+#include "symrig/rig/internal/each_pair.hpp"
+#include "symrig/rig/pair_link.hpp"
+#include "symrig/rig/rig_file.hpp"
 
 #include <algorithm>
 #include <utility>

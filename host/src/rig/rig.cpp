@@ -4,11 +4,8 @@
 #include "rig/bracket_taker.hpp"
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
-#include "rig/plane_check.hpp"
-#include "rig/shutter_timing.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/hdr/merge.hpp"
-#include "symrig/hdr/merge_stream.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/file_keys.hpp"
-#include "projector/driver.hpp"
+#include "symrig/rig/rig_file.hpp"
+
 #include "rig/rig_file_keys.hpp"
-#include "rig/sensor_facts.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/program/internal/file_keys.hpp"
+#include "symrig/projector/internal/driver.hpp"
 
 #include <algorithm>
 #include <utility>

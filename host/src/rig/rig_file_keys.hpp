@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/table_reader.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/base/internal/table_reader.hpp"
+#include "symrig/camera/internal/driver.hpp"
+#include "symrig/rig/rig_file.hpp"
 
 #include <filesystem>
 #include <string>
@@ -18,5 +19,15 @@ void read_pair_entries(base::TableReader& top, const std::filesystem::path& fold
                        RigDescription& rig);
 /// The path of a registration, relative to the rig file. The file itself may still be missing.
 void read_registration(base::TableReader& table, const std::filesystem::path& folder, std::string& file);
+
+/// The sensor's facts for the camera driver, from the rig's description.
+inline camera::SensorFacts sensor_facts(const RigDescription& rig) {
+  const CameraProfile& profile = rig.setup.camera;
+  return {rig.camera.noise,
+          rig.camera.bits,
+          rig.camera.defects,
+          {profile.min_exposure, rig.camera.max_exposure, profile.readout, profile.trigger_delay},
+          std::filesystem::path(rig.path).parent_path()};
+}
 
 }  // namespace symrig

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/run/frame_ledger.hpp"
 
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/run/run.hpp"
 
-#include "base/duration.hpp"
-#include "board/session/names.hpp"
-#include "symrig/program/bracket.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/explain.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 

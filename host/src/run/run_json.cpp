@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/json_numbers.hpp"
-#include "board/session/board_json.hpp"
-#include "symrig/program/symprog.hpp"
+#include "symrig/base/internal/json_reader.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/run/run.hpp"
 
 #include <algorithm>

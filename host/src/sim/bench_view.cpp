@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/bench_map.hpp"
-#include "sim/gaussian_blur.hpp"
-#include "sim/optics.hpp"
+#include "sim/light/optics.hpp"
+#include "sim/light/transport.hpp"
 #include "sim/scenes.hpp"
 #include "sim/view.hpp"
 #include "symrig/image/outline.hpp"
@@ -93,7 +92,7 @@ class PixelWeights {
   Grid camera_, points_;
 };
 
-class BenchView final : public View {
+class BenchView final : public CameraView {
  public:
   BenchView(const SceneUri& uri, std::shared_ptr<const Scene> points)
       : uri_(with_camera(uri)),
@@ -228,7 +227,7 @@ Image<float> BenchView::see(const Image<float>& light, std::uint64_t shown_befor
 
 }  // namespace
 
-std::unique_ptr<const View> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points) {
+std::unique_ptr<const CameraView> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points) {
   return std::make_unique<BenchView>(uri, std::move(points));
 }
 

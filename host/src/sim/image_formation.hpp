@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sim/sensor.hpp"
 #include "sim/view.hpp"
+#include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/sim/scene.hpp"
 
@@ -12,6 +12,43 @@
 #include <vector>
 
 namespace symrig::sim {
+
+/// Faults of the camera's optics and sensor. The default is none.
+struct CameraFaults {
+  double misalign = 0;  ///< pixels: (row, col) shows the light of (row + misalign, col + misalign)
+  double flare = 0;     ///< share of the light that a broad one-sided flare spreads
+  double dead = 0;      ///< share of dead pixels
+};
+
+/// Shifts a plane by bilinear interpolation. Pixels from outside the grid are dark.
+void shift(Grid grid, double pixels, std::span<float> plane);
+
+/// plane ← (1 − share) plane + share · K plane. K spreads light down and to the right with an exponential
+/// profile whose length is a tenth of the longer side. The projector has no such flare, so the measured T is
+/// not symmetric. Light that leaves the picture is lost.
+void add_flare(Grid grid, double share, std::span<float> plane);
+
+/// 1 for each dead pixel: `share` of the pixels on average, seeded. Empty if share is 0.
+Image<std::uint8_t> dead_pixels(Grid grid, double share, std::uint64_t key);
+
+/// A linear image sensor.
+///
+///   electrons ~ Poisson(sensitivity · radiance · t), clipped at the full well
+///   code = round(pedestal + gain (electrons + read noise · z)), clipped to [0, max code],  z ~ N(0, 1)
+///
+/// Every random value depends only on (seed, frame, pixel). So frames may be exposed in any order and on any
+/// number of threads, with the same result.
+/// source: the noise model of hdr/noise_model.hpp.
+struct Sensor {
+  NoiseModel noise;
+  double sensitivity;  ///< electrons per second at radiance 1
+  std::uint64_t seed;
+
+  /// radiance: some of channels × grid values; codes: the same number. first: index of the first one among
+  /// all values of the frame. seconds > 0.
+  void expose(std::span<const float> radiance, double seconds, std::uint64_t frame,
+              std::span<std::uint16_t> codes, std::uint64_t first = 0) const;
+};
 
 /// A white wall saturates the sensor in 2 ms. For bright scenes the shortest exposure is close to that, so a
 /// bracket of four at ratio 8 ends near one second.
@@ -29,7 +66,7 @@ class ImageFormation {
   };
 
   /// view must outlive this object.
-  ImageFormation(const SceneUri& uri, const View& view);
+  ImageFormation(const SceneUri& uri, const CameraView& view);
 
   /// Radiance on the sensor while a pattern is lit: lamp · flare(shift(see(p) + see(black))).
   /// shown_before: number of patterns shown before, for the drift of the lamp.
@@ -54,7 +91,7 @@ class ImageFormation {
  private:
   Image<float> projected(const Image<float>& pattern) const;
 
-  const View& view_;
+  const CameraView& view_;
   Grid cells_;
   double gamma_;
   float black_;

@@ -2,12 +2,15 @@
 #pragma once
 
 #include "sim/image_formation.hpp"
+#include "sim/simulated_devices.hpp"
 #include "sim/view.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -51,7 +54,7 @@ class ImageSource {
 class LocalImages final : public ImageSource {
  public:
   /// view must outlive this.
-  LocalImages(const SceneUri& uri, const View& view, const Tile& tile);
+  LocalImages(const SceneUri& uri, const CameraView& view, const Tile& tile);
   Result<std::vector<CameraFrame>> develop(std::span<const LitPattern> patterns,
                                            std::span<const LitExposure> exposures) override;
 
@@ -62,6 +65,30 @@ class LocalImages final : public ImageSource {
   ImageFormation formation_;
   Grid camera_;
   Tile tile_;
+};
+
+/// Makes the frames of a simulated camera: which patterns lit each exposure, and the resulting codes.
+class FrameMaker {
+ public:
+  /// planned: the exposures of each photograph are planned. projector must outlive this.
+  FrameMaker(bool planned, std::shared_ptr<ImageSource> images, const SimulatedProjector& projector,
+             double tick_seconds)
+      : planned_(planned), images_(std::move(images)), projector_(projector), tick_seconds_(tick_seconds) {}
+
+  /// fails: as ImageSource::develop.
+  Result<std::vector<CameraFrame>> develop(std::span<const SimulatedExposure> exposures);
+  double seconds() const { return seconds_; }
+
+ private:
+  std::vector<std::uint64_t> noise_keys(std::span<const SimulatedExposure> exposures);
+
+  bool planned_;
+  std::shared_ptr<ImageSource> images_;
+  const SimulatedProjector& projector_;
+  double tick_seconds_;
+  double seconds_ = 0;
+  std::optional<SimulatedProjector::Place> last_;  // the pattern of the newest frame
+  std::uint64_t frames_of_last_ = 0;
 };
 
 }  // namespace symrig::sim

@@ -1,13 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of rig profiles. A new profile is a line of the table, and a row in docs/command-line.md.
+
 #include "sim/rig_profiles.hpp"
+
+#include "sim/image_formation.hpp"
+#include "symrig/rig/frame_reading.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include <fmt/format.h>
+
 namespace symrig::sim {
+
 namespace {
+
+/// Reads frames of a simulated camera without noise. Their attachment is the mean radiance during the
+/// exposure (ImageFormation::Light), instead of codes. The photograph is exactly this light.
+class ExactFrames final : public FrameReading {
+ public:
+  std::optional<double> brightest_rate(const CameraFrame& frame, Nanoseconds exposure, const Camera& camera,
+                                       double scale) const override;
+  /// The light of the last frame, with variance 0.
+  /// fails: frame_missing (the frame carries no light).
+  Result<Radiance> photograph(std::span<const CameraFrame> frames, std::span<const Nanoseconds> exposures,
+                              const Camera& camera, const PhotographUnits& units) const override;
+  std::string contradicted_exposures(std::span<const CameraFrame> /*frames*/,
+                                     std::span<const Nanoseconds> /*exposures*/,
+                                     const NoiseModel& /*noise*/) const override {
+    return "";
+  }
+  bool exact() const override { return true; }
+};
+
+/// nullptr: the frame carries no light.
+ImageFormation::Light light_of(const CameraFrame& frame) {
+  const auto* light = std::any_cast<ImageFormation::Light>(&frame.attachment);
+  return light == nullptr ? nullptr : *light;
+}
+
+std::optional<double> ExactFrames::brightest_rate(const CameraFrame& frame, Nanoseconds /*exposure*/,
+                                                  const Camera& camera, double scale) const {
+  const ImageFormation::Light light = light_of(frame);
+  if (light == nullptr) return std::nullopt;
+  return largest_live(light->values(), camera) / scale;
+}
+
+Result<Radiance> ExactFrames::photograph(std::span<const CameraFrame> frames,
+                                         std::span<const Nanoseconds> /*exposures*/, const Camera& camera,
+                                         const PhotographUnits& units) const {
+  const ImageFormation::Light seen = light_of(frames.back());
+  if (seen == nullptr)
+    return Error{ErrorCode::frame_missing, fmt::format("frame {} has no light", frames.back().sequence),
+                 "take the photograph again"};
+  Radiance radiance{*seen, Image<float>(seen->grid(), seen->channels()),
+                    Image<std::uint8_t>(seen->grid(), seen->channels(), 1)};
+  for (float& value : radiance.mean.values()) value *= static_cast<float>(1 / units.lamp);
+  const Image<std::uint8_t>* dead = camera.dead();
+  if (dead == nullptr) return radiance;
+  for (int c = 0; c < seen->channels(); ++c) {
+    for (std::size_t i = 0; i < dead->values().size(); ++i) {
+      if (dead->values()[i] == 0) continue;
+      radiance.mean.plane(c)[i] = 0;
+      radiance.valid.plane(c)[i] = 0;
+    }
+  }
+  return radiance;
+}
 
 // A camera of N frames a second without overlap: the next exposure begins 1/N s after the last one ends.
 constexpr std::array kProfiles{
@@ -72,3 +132,58 @@ std::span<const RigProfile> rig_profiles() {
 }
 
 }  // namespace symrig
+
+namespace symrig::sim {
+
+namespace {
+
+constexpr Nanoseconds kClockMargin{10'000};  // of stamps that two clocks made
+
+}  // namespace
+
+RigOptions options_of(const SceneUri& uri) {
+  RigOptions options;
+  options.exposures = uri.exposures;
+  options.ratio = uri.ratio;
+  options.setup = setup_of(profile_of(uri));
+  options.scale = 1 / (kSensitivity * transmission_of(uri));
+  options.views = views_of(uri);
+  options.name = uri.to_string();
+  if (!uri.camera_noise) options.reading = std::make_shared<ExactFrames>();
+  options.ledger.guards = 0;  // a camera in virtual time loses no frames at its start
+  options.ledger.readout = std::min(options.ledger.readout, options.setup.camera.readout);
+  // As in a rig file: exposures end so far apart that a stamp fits only one. Without overlap they do anyway.
+  if (options.setup.camera.overlap)
+    options.gap = options.setup.camera.readout + 2 * options.ledger.tolerance + kClockMargin;
+  return options;
+}
+
+board_sim::SimProjectorConfig raster_of(const RigProfile& profile) {
+  board_sim::SimProjectorConfig config;
+  config.refresh_hz = static_cast<std::uint32_t>(profile.refresh_hz);
+  return config;
+}
+
+board_sim::SimPlaneProjectorConfig planes_of(const RigProfile& profile) {
+  board_sim::SimPlaneProjectorConfig config;
+  config.refresh_hz = static_cast<std::uint32_t>(profile.refresh_hz);
+  config.planes = profile.planes;
+  config.plane_line = kPlaneLine;
+  return config;
+}
+
+board_sim::SimBoardConfig board_of(const RigProfile& profile) {
+  board_sim::SimBoardConfig config;
+  if (profile.planes > 0) config.lines.push_back({kPlaneLine, false});
+  return config;
+}
+
+/// The camera is ready a millisecond before the program expects it.
+board_sim::SimCameraConfig shutter_of(const RigProfile& profile) {
+  board_sim::SimCameraConfig config;
+  config.readout_us = static_cast<std::uint64_t>(1e6 * profile.readout_seconds) - 1000;
+  config.overlap = profile.overlap;
+  return config;
+}
+
+}  // namespace symrig::sim

@@ -2,16 +2,28 @@
 // The table of scenes: its rows, and how to find one.
 #pragma once
 
-#include "sim/bench_map.hpp"
-#include "sim/transport.hpp"
+#include "sim/light/transport.hpp"
+#include "sim/view.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/sim/scene.hpp"
 
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string_view>
 #include <vector>
 
 namespace symrig::sim {
+
+/// The darkest and the brightest albedo of a texture.
+inline constexpr float kDarkest = 0.08F;
+inline constexpr float kBrightest = 0.8F;
+
+/// A seeded albedo picture: patches at three scales (a quarter, a tenth, a thirtieth of the longer side) plus
+/// grain of one pixel. So it is neither smooth nor sparse at any level of a quadtree. shapes: grid, raster
+/// order. values in [kDarkest, kBrightest]. Uses only integer hashes and float +, −, ×, /, so results are
+/// bit-equal on all computers. Different keys give unrelated pictures.
+std::vector<float> texture(Grid grid, std::uint64_t key);
 
 /// One operator per channel.
 using Channels = std::vector<std::unique_ptr<Transport>>;
@@ -25,9 +37,6 @@ struct SceneRow {
   Depth depth;
   ViewLayout views = {};  ///< coaxial views that tile its grid
 };
-
-/// All scenes.
-std::span<const SceneRow> scene_table();
 
 /// The scene of that name. nullptr: none has it.
 const SceneRow* find_scene(std::string_view name);

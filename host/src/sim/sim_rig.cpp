@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/sim/sim_rig.hpp"
-
-#include "symrig/board/board.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
 #include <string>
@@ -83,12 +81,6 @@ class SimRigLink final : public Link {
 
 std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring) {
   return std::make_unique<SimRigLink>(wiring);
-}
-
-Result<BoardInfo> sim_board_info() {
-  board_sim::SimBoard board;
-  SYMRIG_TRY(const Board session, Board::connect(make_sim_link(board)));
-  return session.info();
 }
 
 }  // namespace symrig

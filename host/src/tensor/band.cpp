@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/band.hpp"
-
-#include "tensor/row_kernels.hpp"
+#include "tensor/entries.hpp"
+#include "tensor/panel_kernels.hpp"
 
 #include <algorithm>
 

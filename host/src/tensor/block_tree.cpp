@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/tensor/block_tree.hpp"
 
-#include "tensor/lanes.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 #include "tensor/split.hpp"
 
 #include <algorithm>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single entries of T: the diagonal, which holds the direct light, and the others.
+// The parts of T beside the low-rank leaves: single entries (the diagonal, which holds the direct light, and
+// others), bands, and leaves without light.
 #pragma once
 
+#include "symrig/tensor/internal/half.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
-#include "tensor/half.hpp"
 
 #include <cstdint>
 #include <span>
@@ -69,6 +70,49 @@ class Entries {
   std::vector<Local> local_;
   std::vector<Half> values_;   // [channel][entry], and slack for the conversion
   std::vector<float> scales_;  // [channel]
+};
+
+/// A band leaf: one plane of halves for each offset, in raster order, without an index.
+/// error: ≤ 2⁻¹¹ |value| + 2⁻³⁹ max|value of the plane|.
+class Band {
+ public:
+  /// values: [channel][offset][raster pixel], offsets as band_offsets(radius) lists them.
+  Band(Grid grid, int channels, int radius, std::span<const float> values);
+
+  int radius() const { return radius_; }
+  /// The given values, rounded.
+  std::vector<float> values() const;
+  /// y += T p on one row of the picture. Width patterns interleaved in p and y, raster order.
+  template <std::size_t Width>
+  void apply_row(int channel, int row, const float* p, float* y) const;
+  std::int64_t bytes() const;
+
+ private:
+  std::size_t pixels() const { return static_cast<std::size_t>(grid_.size()); }
+
+  Grid grid_;
+  int radius_;
+  std::vector<BandOffset> offsets_;
+  std::vector<Half> halves_;   // [channel][offset][pixel], and slack for the kernels
+  std::vector<float> scales_;  // [channel][offset]
+};
+
+/// The empty leaves of one level, sorted by row block, then column block. Each is stored as the distance from
+/// the previous one in as few bytes as possible: 7 bits a byte, lowest first; the eighth bit means "more
+/// bytes follow".
+class EmptyList {
+ public:
+  EmptyList() = default;
+  /// columns: column blocks of the level.
+  EmptyList(std::vector<EmptyLeaf> leaves, std::int64_t columns);
+
+  std::int64_t size() const { return size_; }
+  std::vector<EmptyLeaf> leaves() const;
+  std::int64_t bytes() const { return static_cast<std::int64_t>(steps_.size()); }
+
+ private:
+  std::int64_t size_ = 0, columns_ = 1;
+  std::vector<std::uint8_t> steps_;
 };
 
 }  // namespace symrig::tensor

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/h5_output.hpp"
+#include "tensor/h5_write.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/half.hpp"
+#include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cmath>

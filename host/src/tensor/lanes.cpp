@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled for every instruction set that Highway knows and chosen at run time.
-#include "tensor/lanes.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <hwy/cache_control.h>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/tensor/internal/half.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
-#include "tensor/half.hpp"
 #include "tensor/panels.hpp"
 
 #include <cstdint>

@@ -5,17 +5,92 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tensor/panel_kernels.cpp"
-#include "tensor/disabled_targets.hpp"
+// The sums are arrays of vectors, which targets without a fixed vector length do not allow. Machines with
+// such targets also have others (NEON). On x86-64 the kernels exist for SSE2, AVX2 and AVX-512: processors
+// between the first two use SSE2, and the longest kernels compile in less time.
+#define HWY_DISABLED_TARGETS \
+  (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV | HWY_SSSE3 | HWY_SSE4)
 
 // Highway needs this order of includes.
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-#include "tensor/half_lanes-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace symrig::tensor::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+using D = hn::CappedTag<float, kTile>;
+using V = hn::Vec<D>;
+constexpr std::size_t kLanes = hn::MaxLanes(D());
+static_assert(kTile % kLanes == 0 && kBatch % kLanes == 0);
+
+HWY_INLINE V load_halves(const Half* from) {
+  const hn::Rebind<hwy::float16_t, D> d16;
+  return hn::PromoteTo(D(), hn::LoadU(d16, reinterpret_cast<const hwy::float16_t*>(from)));
+}
+
+/// Loads the first n values and fills with zeros. Does not read past them: those may belong to another
+/// thread.
+HWY_INLINE V load_part(const float* from, std::size_t n) {
+  const D d;
+#if HWY_TARGET <= HWY_AVX2
+  return hn::MaskedLoad(hn::FirstN(d, n), d, from);
+#else
+  HWY_ALIGN float values[kLanes] = {};
+  for (std::size_t i = 0; i < HWY_MIN(n, kLanes); ++i) values[i] = from[i];
+  return hn::Load(d, values);
+#endif
+}
+
+/// Stores only the first n values.
+HWY_INLINE void store_part(V v, float* to, std::size_t n) {
+  const D d;
+#if HWY_TARGET <= HWY_AVX2
+  hn::BlendedStore(v, hn::FirstN(d, n), d, to);
+#else
+  HWY_ALIGN float values[kLanes];
+  hn::Store(v, d, values);
+  for (std::size_t i = 0; i < HWY_MIN(n, kLanes); ++i) to[i] = values[i];
+#endif
+}
+
+// Rows of halves: conversion to floats, and a band's plane times the light.
+
+void halves_to_floats(const Half* halves, std::size_t n, float* out) {
+  std::size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes) hn::StoreU(load_halves(halves + i), D(), out + i);
+  if (i < n) store_part(load_halves(halves + i), out + i, n - i);
+}
+
+void products_single(const Half* v, float scale, const float* p, float* y, std::size_t n) {
+  const D d;
+  const V factor = hn::Set(d, scale);
+  std::size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes)
+    hn::StoreU(hn::MulAdd(hn::Mul(load_halves(v + i), factor), hn::LoadU(d, p + i), hn::LoadU(d, y + i)), d,
+               y + i);
+  if (i == n) return;
+  const V sum =
+      hn::MulAdd(hn::Mul(load_halves(v + i), factor), load_part(p + i, n - i), load_part(y + i, n - i));
+  store_part(sum, y + i, n - i);
+}
+
+void products_batched(const Half* v, float scale, const float* p, float* y, std::size_t n) {
+  const D d;
+  HWY_ALIGN float values[kTile];
+  for (std::size_t first = 0; first < n; first += kTile, v += kTile) {
+    for (std::size_t i = 0; i < kTile; i += kLanes)
+      hn::Store(hn::Mul(load_halves(v + i), hn::Set(d, scale)), d, values + i);
+    for (std::size_t i = 0; i < HWY_MIN(kTile, n - first); ++i) {
+      for (std::size_t part = 0; part < kBatch; part += kLanes, p += kLanes, y += kLanes)
+        hn::StoreU(hn::MulAdd(hn::Set(d, values[i]), hn::LoadU(d, p), hn::LoadU(d, y)), d, y);
+    }
+  }
+}
+
+// Panels.
+
 #if HWY_TARGET == HWY_SCALAR
 /// out[k] += the sum of the lanes of acc[k], for vectors of one lane.
 template <std::size_t K>
@@ -291,6 +366,22 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace symrig::tensor {
+
+HWY_EXPORT(halves_to_floats);
+HWY_EXPORT(products_single);
+HWY_EXPORT(products_batched);
+
+void to_floats(const Half* halves, std::size_t n, float* out) {
+  HWY_DYNAMIC_DISPATCH(halves_to_floats)(halves, n, out);
+}
+template <>
+void add_products<1>(const Half* v, float scale, const float* p, float* y, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(products_single)(v, scale, p, y, n);
+}
+template <>
+void add_products<kBatch>(const Half* v, float scale, const float* p, float* y, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(products_batched)(v, scale, p, y, n);
+}
 
 HWY_EXPORT(dots_single);
 HWY_EXPORT(dots_batched);

@@ -8,15 +8,15 @@
 namespace symrig::tensor {
 namespace {
 
-struct Piece {
+struct ColumnPiece {
   std::int32_t chunk, begin, end;  // pixels of the whole grid
   std::uint32_t slot;
 };
 
 /// The pieces of all columns in the order of the stream. The slot of a column inside one chunk is its number.
 /// The slots of all other pieces come after those of the columns.
-std::vector<Piece> cut(std::span<const Column> columns, std::vector<std::uint32_t>& column_of_part) {
-  std::vector<Piece> pieces;
+std::vector<ColumnPiece> cut(std::span<const Column> columns, std::vector<std::uint32_t>& column_of_part) {
+  std::vector<ColumnPiece> pieces;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const auto [begin, end] = columns[c];
     if (begin == end) continue;
@@ -31,7 +31,7 @@ std::vector<Piece> cut(std::span<const Column> columns, std::vector<std::uint32_
           {chunk, std::max(begin, chunk * kChunkPixels), std::min(end, (chunk + 1) * kChunkPixels), slot});
     }
   }
-  std::sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) {
+  std::sort(pieces.begin(), pieces.end(), [](const ColumnPiece& a, const ColumnPiece& b) {
     return std::tie(a.chunk, a.begin, a.end, a.slot) < std::tie(b.chunk, b.begin, b.end, b.slot);
   });
   return pieces;
@@ -62,7 +62,7 @@ void put_piece(const Panel& panel, std::size_t c, const Half* from, Half* to) {
 }  // namespace
 
 Panels::Panels(std::int64_t pixels, std::span<const Column> columns) : columns_(columns.size()) {
-  const std::vector<Piece> pieces = cut(columns, column_of_part_);
+  const std::vector<ColumnPiece> pieces = cut(columns, column_of_part_);
   column_of_part_.shrink_to_fit();
   slots_.reserve(pieces.size());
   auto piece = pieces.begin();
@@ -72,7 +72,7 @@ Panels::Panels(std::int64_t pixels, std::span<const Column> columns) : columns_(
     Chunk chunk{begin, end, panels_.size(), 0, slots_.size(), 0, values_};
     while (piece != pieces.end() && piece->chunk == number) {
       Panel panel{piece->begin - begin, piece->end - piece->begin, 0};
-      const auto same = [&](const Piece& p) {
+      const auto same = [&](const ColumnPiece& p) {
         return p.begin == begin + panel.begin && p.end - p.begin == panel.pixels;
       };
       for (; piece != pieces.end() && same(*piece); ++piece, ++panel.columns) slots_.push_back(piece->slot);

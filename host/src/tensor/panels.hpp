@@ -2,7 +2,7 @@
 // The places of the factors in memory. Applying a tensor reads them as one stream.
 #pragma once
 
-#include "tensor/half.hpp"
+#include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/read_tensor.hpp"
-
-#include "tensor/half.hpp"
+#include "symrig/tensor/internal/half.hpp"
 #include "tensor/leaf_file.hpp"
-#include "tensor/leaf_rules.hpp"
+#include "tensor/scene_file.hpp"
 
 #include <algorithm>
 #include <cmath>

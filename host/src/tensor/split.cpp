@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/split.hpp"
 
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ namespace tensor {
 namespace {
 
 /// The half-open interval of one dimension that a block covers.
-struct Range {
+struct Interval {
   double low, high;
   double length() const { return high - low; }
 };
@@ -59,7 +59,7 @@ enum Dimension : std::uint8_t { place_row, place_col, view_row, view_col, dimens
 /// A block during cutting: pixels [begin, end) of the order, and their box in the four dimensions.
 struct Part {
   std::int32_t begin, end;
-  std::array<Range, dimensions> box;
+  std::array<Interval, dimensions> box;
 
   std::int32_t size() const { return end - begin; }
 };
@@ -163,7 +163,7 @@ class Cutter {
   /// The non-empty halves along one dimension, the larger first as in the flat tree. A single step (pixel or
   /// view) is not cut.
   std::vector<Part> halves(const Part& part, Dimension along) {
-    const Range range = part.box[along];
+    const Interval range = part.box[along];
     if (range.length() <= 1) return {part};
     const double cut = range.low + std::ceil(range.length() / 2);
     const auto first = order_.begin() + part.begin;
@@ -172,7 +172,7 @@ class Cutter {
     });
     const auto at_cut = static_cast<std::int32_t>(split - order_.begin());
     std::vector<Part> out;
-    const auto keep = [&](std::int32_t begin, std::int32_t end, Range half) {
+    const auto keep = [&](std::int32_t begin, std::int32_t end, Interval half) {
       if (begin == end) return;
       out.push_back({begin, end, part.box});
       out.back().box[along] = half;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/tensor/split.hpp"
+#include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
 #include <vector>

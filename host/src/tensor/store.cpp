@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/store.hpp"
 
-#include "tensor/kernels.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
 #include <algorithm>
 #include <numeric>

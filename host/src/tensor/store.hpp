@@ -3,8 +3,6 @@
 #pragma once
 
 #include "symrig/tensor/transport_tensor.hpp"
-#include "tensor/band.hpp"
-#include "tensor/empty_list.hpp"
 #include "tensor/entries.hpp"
 #include "tensor/leaf_parts.hpp"
 

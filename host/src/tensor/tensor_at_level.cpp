@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tensor as it was when the acquisition had reached a level [Garg06 Fig. 11].
-#include "symrig/tensor/stopped.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <cmath>

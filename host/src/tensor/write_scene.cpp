@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/tensor/file.hpp"
-#include "tensor/h5.hpp"
+#include "symrig/tensor/internal/half.hpp"
 #include "tensor/h5_file.hpp"
-#include "tensor/half.hpp"
+#include "tensor/h5_write.hpp"
 #include "tensor/scene_file.hpp"
 
 namespace symrig {

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "viewer/page_text.hpp"
 
-#include "viewer/page_bytes.hpp"
-
 #include <array>
 #include <utility>
 

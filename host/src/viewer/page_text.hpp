@@ -10,6 +10,12 @@
 
 namespace symrig::viewer {
 
+// What host/viewer/bundle.py makes of host/viewer at build time.
+/// The page: HTML with its style and script, and @MARKS@ for what differs (page_text.cpp).
+std::string_view page_template();
+/// The kernel: a WebAssembly module (host/viewer/kernel).
+std::string_view kernel_module();
+
 /// What the page's script must know of a scene: title, grids, channels, views, names of held-out photographs.
 nlohmann::json scene_facts(const StoredScene& scene, std::string_view title);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lights and pictures on the wire (host/src/viewer/light_code.hpp).
+// Lights and pictures on the wire (host/src/viewer/service.hpp).
 
 const kGap = 8; // dark pixels that end a run: a run takes 8 bytes, a pixel 2
 

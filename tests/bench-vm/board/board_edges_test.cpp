@@ -3,7 +3,6 @@
 // a thousand instructions here. So this tests the schedule, not the jitter of a real computer.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
-#include "gpio_chip.hpp"
 
 #include <cinttypes>
 #include <cmath>

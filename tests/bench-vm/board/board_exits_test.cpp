@@ -3,7 +3,6 @@
 // one host at a time.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
-#include "gpio_chip.hpp"
 
 #include <cstdio>
 

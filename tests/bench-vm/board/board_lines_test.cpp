@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What libgpiod tells of a real kernel's lines, by the version that this program was built with: 1.6 or 2.
 #include "daemon_process.hpp"
-#include "gpio_chip.hpp"
 #include "libgpiod/chip_lines.hpp"
 
 #include <cerrno>

@@ -4,7 +4,7 @@
 #include "assert_ok.hpp"
 #include "bench-vm/selftest/guest.hpp"
 #include "daemon_process.hpp"
-#include "symrig/board/discovery.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/protocol/frame.hpp"
 #include "symrig/protocol/messages.hpp"
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A USB3 Vision camera on a real kernel: emulated, behind USB/IP, met by libusb, Aravis and our driver.
 #include "assert_ok.hpp"
-#include "camera/genicam/genicam_camera.hpp"
-#include "camera/genicam/genicam_driver.hpp"
-#include "gige/numbered_scene.hpp"
+#include "gige/gige_camera.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 #include "u3v/u3v_camera.hpp"
 #include "usbip/usbip_server.hpp"
 

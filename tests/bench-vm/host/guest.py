@@ -11,9 +11,8 @@ import sys
 import tempfile
 import time
 
-from host import pico, slow_motion
 from host.assets import BENCH
-from host.screendump import Screendumps
+from host.outside import SLOW_KERNEL_ARGUMENTS, Screendumps, serve_pico, slow_environment
 
 POLL = 0.02  # seconds between two checks of the guest's files
 # The guest gets these variables of the caller's environment, and those that begin with one of PREFIXES.
@@ -62,7 +61,7 @@ def qemu_command(asked, assets, control, out):
         "qemu-system-x86_64", "-M", "q35", "-accel", accelerator, "-cpu", "max", "-smp", "1", "-m", "1024",
         "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none",
         "-kernel", str(assets.kernel), "-initrd", str(assets.initrd),
-        "-append", " ".join([*KERNEL_ARGUMENTS, f"BENCH_LANE={asked.lane}", *(slow_motion.KERNEL_ARGUMENTS if asked.slow > 1 else ())]),
+        "-append", " ".join([*KERNEL_ARGUMENTS, f"BENCH_LANE={asked.lane}", *(SLOW_KERNEL_ARGUMENTS if asked.slow > 1 else ())]),
         "-serial", f"file:{control / 'console.log'}",
         *share("host", "/", ",readonly=on,multidevs=remap"),
         *share("layer", assets.layer, ",readonly=on,multidevs=remap"),
@@ -146,7 +145,7 @@ def boot(asked, assets, folder, pico_port):
     started = time.time()
     with (control / "qemu.log").open("wb") as errors, subprocess.Popen(
         qemu_command(asked, assets, control, out), stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
-        env=slow_motion.environment(asked.slow),
+        env=slow_environment(asked.slow),
     ) as process:
         try:
             ended = wait(process, asked, log, Screendumps(out, control / "qmp", asked.vga))
@@ -161,5 +160,5 @@ def run(asked, assets):
     """Boots a guest, runs asked.command in it and returns its exit status. Raises GuestFailure."""
     with contextlib.ExitStack() as stack:
         folder = pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="bench-vm-")))
-        port = stack.enter_context(pico.serve(asked.pico, asked.slow)) if asked.pico else None
+        port = stack.enter_context(serve_pico(asked.pico, asked.slow)) if asked.pico else None
         return boot(asked, assets, folder, port)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/projector/expected_screens.hpp"
 
-#include "symrig/projector/display.hpp"
+#include "symrig/projector/find_projectors.hpp"
 
 #include <cstdlib>
 

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bit planes on a real kernel: an emulated controller behind USB/IP, met by hidraw, and vkms as its screen.
 // The pixels are read from the memory that vkms scans out.
+#include "symrig/projector/internal/planes.hpp"
+
 #include "bench-vm/projector/expected_screens.hpp"
 #include "dlpc/controller_on_usb.hpp"
-#include "dlpc/emulated_dlpc350.hpp"
-#include "dlpc/emulated_dlpc900.hpp"
-#include "projector/dlp/find_controllers.hpp"
-#include "projector/dlp/plane_projector.hpp"
-#include "projector/dlpc350/video_patterns.hpp"
-#include "projector/dlpc900/video_planes.hpp"
-#include "symrig/base/random.hpp"
-#include "symrig/projector/dlp_controller.hpp"
+#include "dlpc/emulated_controller.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/projector/find_projectors.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
+#include "symrig/projector/internal/dlpc350.hpp"
+#include "symrig/projector/internal/dlpc900.hpp"
 
 #include <algorithm>
 #include <chrono>

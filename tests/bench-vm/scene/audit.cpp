@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/audit.hpp"
 
-#include "symrig/base/quantile.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/hdr/merge.hpp"
 
 #include <algorithm>

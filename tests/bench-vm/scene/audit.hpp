@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/truth_file.hpp"
+#include "bench-vm/scene/truth_log.hpp"
 #include "sim/image_formation.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/result.hpp"
@@ -60,9 +60,5 @@ struct Audit {
 /// fails: as PhotographLog::read and merge; size_mismatch (the log is of another grid).
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth,
                     const sim::ImageFormation& formation, const AuditOptions& options);
-
-/// Opens the log of any capture.
-/// fails: as open_photograph_log, bad_format.
-Result<std::unique_ptr<PhotographLog>> open_any_log(const std::string& path);
 
 }  // namespace symrig::bench_vm

@@ -4,9 +4,7 @@
 // README.md of the parent folder says what that proves.
 #include "bench-vm/scene/controller_on_usb.hpp"
 #include "bench-vm/scene/developer.hpp"
-#include "bench-vm/scene/genicam_scene_camera.hpp"
-#include "bench-vm/scene/paired_camera.hpp"
-#include "bench-vm/scene/plane_watch.hpp"
+#include "bench-vm/scene/scene_camera.hpp"
 #include "bench-vm/scene/watchers.hpp"
 
 #include <csignal>

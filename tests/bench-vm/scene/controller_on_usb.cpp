@@ -2,8 +2,7 @@
 #include "bench-vm/scene/controller_on_usb.hpp"
 
 #include "dlpc/controller_on_usb.hpp"
-#include "dlpc/emulated_dlpc350.hpp"
-#include "dlpc/emulated_dlpc900.hpp"
+#include "dlpc/emulated_controller.hpp"
 
 #include <array>
 #include <charconv>

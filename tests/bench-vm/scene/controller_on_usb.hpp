@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/plane_light.hpp"
+#include "bench-vm/scene/screen_reader.hpp"
 #include "symrig/base/result.hpp"
 
 #include <cstdint>

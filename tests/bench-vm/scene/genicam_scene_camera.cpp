@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench-vm/scene/genicam_scene_camera.hpp"
-
+#include "bench-vm/scene/scene_camera.hpp"
 #include "gige/gige_camera.hpp"
 #include "u3v/u3v_camera.hpp"
 #include "usbip/usbip_server.hpp"

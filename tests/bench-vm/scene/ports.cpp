@@ -2,8 +2,8 @@
 #include "bench-vm/scene/ports.hpp"
 
 #include "bench-vm/modules/testcam/testcam.h"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 
 #include <cstdint>
 #include <span>

@@ -2,7 +2,7 @@
 #include "bench-vm/scene/screen_reader.hpp"
 
 #include "bench-vm/scene/ports.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <memory>
 #include <utility>

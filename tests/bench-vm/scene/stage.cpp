@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/stage.hpp"
 
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/joined_screens.hpp"
 #include "bench-vm/scene/ports.hpp"
+#include "bench-vm/scene/screen_reader.hpp"
 #include "symrig/base/result.hpp"
 
 #include <atomic>

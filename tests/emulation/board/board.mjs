@@ -2,15 +2,13 @@
 // The emulated Raspberry Pi Pico: chip, flash with a firmware, boot as the ROM does it, USB cable, wires and stimuli.
 
 import { Chip } from '../clock/chip.mjs';
-import { CLOCK_HZ, CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
-import { EdgeRecorder } from '../edges/recorder.mjs';
+import { CLOCK_HZ, CYCLES_PER_MILLISECOND } from '../clock/time.mjs';
+import { EdgeRecorder } from '../edges/edges.mjs';
 import { UsbHost } from '../usb/host.mjs';
-import { boot2IsSound } from './boot2.mjs';
-import { BootRom } from './bootrom.mjs';
+import { BootRom, smallFunctions } from './bootrom.mjs';
 import { Flash } from './flash.mjs';
-import { smallFunctions } from './romfunctions.mjs';
+import { boot2IsSound, readUf2 } from './image.mjs';
 import { Stimuli } from './stimuli.mjs';
-import { readUf2 } from './uf2.mjs';
 
 const BOOT2_PLACE = 0x20041f00;
 const SRAM = 0x20000000;

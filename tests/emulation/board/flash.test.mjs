@@ -4,7 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { boardWith, results } from '../testing/images.mjs';
-import { UNIQUE_ID } from './ssi.mjs';
+import { UNIQUE_ID } from './flash.mjs';
 
 const SECTOR = 0x1f0000;
 

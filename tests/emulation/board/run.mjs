@@ -4,8 +4,7 @@
 
 import fs from 'node:fs';
 import { parseArgs } from 'node:util';
-import { levels, statistics } from '../edges/statistics.mjs';
-import { pinNames, vcd } from '../edges/vcd.mjs';
+import { levels, pinNames, statistics, vcd } from '../edges/edges.mjs';
 import { Board } from './board.mjs';
 
 const { values: options, positionals } = parseArgs({

@@ -7,8 +7,8 @@
 import fs from 'node:fs';
 import net from 'node:net';
 import { parseArgs } from 'node:util';
-import { BootDrive } from './drive.mjs';
-import { FrameReader, frame } from './link.mjs';
+import { BootDrive } from './image.mjs';
+import { frame, FrameReader } from './link.mjs';
 import { BoardSession } from './session.mjs';
 
 const DRIVE_POLL_MS = 100;

@@ -4,12 +4,11 @@
 
 import fs from 'node:fs';
 import path from 'node:path';
-import { CLOCK_HZ, NANOSECONDS_PER_CYCLE } from '../clock/constants.mjs';
-import { pinNames, vcd } from '../edges/vcd.mjs';
+import { CLOCK_HZ, NANOSECONDS_PER_CYCLE } from '../clock/time.mjs';
+import { pinNames, vcd } from '../edges/edges.mjs';
 import { Board } from './board.mjs';
-import { writeFlash } from './drive.mjs';
-import { frame, u64 } from './link.mjs';
-import { BulkPipe } from './pipe.mjs';
+import { writeFlash } from './image.mjs';
+import { BulkPipe, frame, u64 } from './link.mjs';
 
 export const VERSION = 1;
 const NAME = 'pico-emulated';

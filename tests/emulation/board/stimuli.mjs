@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What happens to the board's pins from outside: levels, wires, a periodic pulse such as VSYNC, a simple camera.
 
-import { NANOSECONDS_PER_CYCLE } from '../clock/constants.mjs';
+import { NANOSECONDS_PER_CYCLE } from '../clock/time.mjs';
 
 const LET_GO = 2;
 const toCycles = (nanoseconds) => Math.round(nanoseconds / NANOSECONDS_PER_CYCLE);

@@ -3,24 +3,15 @@
 // clock for all of them. `cycle` counts 8 ns since power-up. See README.md for what differs from rp2040js and why.
 
 import { RP2040 } from 'rp2040js';
-import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
-import { repairDma, resetDma } from './dma.mjs';
-import { ChipEvent, dropChipAlarms } from './events.mjs';
-import { installAccess } from './core/access.mjs';
-import { installInstructions } from './core/index.mjs';
-import { EmulationFault } from './fault.mjs';
-import { guardMemory } from './memory.mjs';
-import { ENTRY_CYCLES, Nvic } from './nvic.mjs';
-import { Mpu } from './mpu.mjs';
-import { Pads } from './pads.mjs';
+import { installAccess, installInstructions } from './core/instructions.mjs';
 import { PioBlock } from './pio/block.mjs';
-import { RegisterFile, ringOscillator, voltageRegulator } from './registers.mjs';
-import { Resets } from './resets.mjs';
-import { Scheduler } from './scheduler.mjs';
-import { SysTick } from './systick.mjs';
-import { Timer } from './timer.mjs';
-import { Watchdog } from './watchdog.mjs';
-import { XipCache } from './xip.mjs';
+import { repairDma, resetDma } from './dma.mjs';
+import { guardMemory, XipCache } from './memory.mjs';
+import { Pads } from './pads.mjs';
+import { ENTRY_CYCLES, Mpu, Nvic, SysTick } from './processor.mjs';
+import { EmulationFault, RegisterFile, Resets, ringOscillator, voltageRegulator } from './registers.mjs';
+import { ChipEvent, dropChipAlarms, NANOSECONDS_PER_CYCLE, Scheduler } from './time.mjs';
+import { Timer, Watchdog } from './timer.mjs';
 
 const HARD_FAULT = 3;
 // PSM.WDSEL bits without which a watchdog cannot restart the program: RESETS, SIO, PROC0.

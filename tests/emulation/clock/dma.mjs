@@ -2,7 +2,7 @@
 // DMA as rp2040js has it (DREQ, chains, rings, sizes), with four repairs: a transfer takes a cycle instead of no time (silicon's
 // best rate is one a cycle), an address at which there is nothing is a bus error, CHAN_ABORT reads as done, and what is not modelled says so.
 
-import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
+import { NANOSECONDS_PER_CYCLE } from './time.mjs';
 
 const CHAN_ABORT = 0x444;
 const SNIFF_CTRL = 0x434;

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Bench, DMA, PIO, TXF, pinsOf, shiftOf } from '../testing/bench.mjs';
+import { Bench, DMA, pinsOf, PIO, shiftOf, TXF } from '../testing/bench.mjs';
 
 const RAM = 0x20000000;
 const WORD = 2 << 2;

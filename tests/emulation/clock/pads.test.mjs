@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Bench, IO_BANK0, PADS_BANK0, SYNC_BYPASS, pinsOf } from '../testing/bench.mjs';
+import { Bench, IO_BANK0, PADS_BANK0, pinsOf, SYNC_BYPASS } from '../testing/bench.mjs';
 
 const SIO = 0xd0000000;
 const GPIO_IN = SIO + 4;

@@ -2,8 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { delays, levels, shortest, statistics } from './statistics.mjs';
-import { pinNames, vcd } from './vcd.mjs';
+import { delays, levels, pinNames, shortest, statistics, vcd } from './edges.mjs';
 
 const edges = (...pairs) => pairs.map(([cycle, level, gpio = 1]) => ({ cycle, gpio, level }));
 

@@ -5,7 +5,9 @@
 #include "golden_programs.hpp"
 
 #include "emulated_pico.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/board/self_test.hpp"
+#include "symrig/conformance/conformance.hpp"
+#include "symrig/program/compile.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -159,6 +161,70 @@ TEST(GoldenPrograms, a_wait_that_runs_out_resumes_within_a_millisecond) {
   EXPECT_EQ(real.changes[3].tick - real.changes[2].tick,
             simulated.changes[3].tick - simulated.changes[2].tick);
   std::printf("a wait that ran out resumed %.2f us late\n", static_cast<double>(later) * 0.008);
+}
+
+// The whole conformance kit on the image that users flash, with the wire that each group of checks asks for.
+
+/// All checks with a wire from aux0 to `input`. skipped: how many may be.
+void check_all(const char* input, std::size_t skipped) {
+  EmulatedPico pico;
+  const BoardInfo info = pico.connect().info();
+  const auto from = static_cast<std::uint8_t>(gpio_of(info, "aux0"));
+  const auto to = static_cast<std::uint8_t>(gpio_of(info, input));
+  ASSERT_OK(pico.bench().jumper(from, to));
+  ConformanceOptions options;
+  options.jumper = Jumper{"aux0", input};
+  options.on_result = [](const CheckResult& result) {
+    EXPECT_NE(result.outcome, CheckOutcome::failed) << result.name << ": " << result.detail;
+  };
+  const auto report = check_conformance(pico.link(), options);
+  ASSERT_OK(report);
+  EXPECT_EQ(report->count(CheckOutcome::skipped), skipped);
+  std::printf("wire to %s: %zu passed, %zu failed, %zu skipped\n", input, report->count(CheckOutcome::passed),
+              report->count(CheckOutcome::failed), report->count(CheckOutcome::skipped));
+}
+
+TEST(EmulatedPico, passes_the_conformance_kit_with_a_wire_to_a_stamped_input) {
+  NEEDS_EMULATION();
+  check_all("camera_strobe", 2);  // that input cannot be an interlock
+}
+
+TEST(EmulatedPico, passes_the_conformance_kit_with_a_wire_to_the_interlock) {
+  NEEDS_EMULATION();
+  check_all("interlock", 0);
+}
+
+// The production test on the emulated Pico with its plug: every wire, an interlock, and the watchdog starved
+// on purpose.
+
+TEST(EmulatedPico, passes_the_production_test_with_its_plug) {
+  NEEDS_EMULATION();
+  EmulatedPico pico;
+  Board board = pico.connect();
+  const std::vector<Jumper> plug = default_plug(board.info());
+  ASSERT_EQ(plug.size(), 6U);
+  for (const Jumper& wire : plug)
+    ASSERT_OK(pico.bench().jumper(static_cast<std::uint8_t>(gpio_of(board.info(), wire.output)),
+                                  static_cast<std::uint8_t>(gpio_of(board.info(), wire.input))));
+  SelfTestOptions options;
+  options.pings = 3;
+  const auto test = fixture_test(board, plug, options);
+  ASSERT_OK(test);
+  for (const SelfCheck& check : test->basics.checks) EXPECT_TRUE(check.passed) << check.text;
+  ASSERT_EQ(test->wires.size(), 6U);
+  for (const WireTest& wire : test->wires) EXPECT_TRUE(wire.passed) << wire.text;
+  EXPECT_TRUE(test->crossing.passed) << test->crossing.text;
+  EXPECT_TRUE(test->trip.passed) << test->trip.text;
+  EXPECT_TRUE(test->watchdog.passed) << test->watchdog.text;
+  ASSERT_TRUE(test->watchdog.answered);
+  const Nanoseconds answered = board.info().rate.nanoseconds(*test->watchdog.answered);
+  EXPECT_GE(answered, 350ms);
+  EXPECT_LE(answered, 410ms);
+  // The board is as good as new: the self-test objects to a start by the watchdog.
+  const auto again = self_test(board, options);
+  ASSERT_OK(again);
+  EXPECT_TRUE(again->passed());
+  std::printf("trip: %s\nwatchdog: %s\n", test->trip.text.c_str(), test->watchdog.text.c_str());
 }
 
 }  // namespace

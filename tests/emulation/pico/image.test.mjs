@@ -3,11 +3,11 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
-import { binaryInfo } from '../board/binaryinfo.mjs';
-import { crc32c } from '../wire/frames.mjs';
+import { binaryInfo } from '../board/image.mjs';
+import { CYCLES_PER_MILLISECOND } from '../clock/time.mjs';
 import { records } from '../wire/client.mjs';
-import { PicoRig, outputs, skip } from './rig.mjs';
+import { crc32c } from '../wire/frames.mjs';
+import { outputs, PicoRig, skip } from './rig.mjs';
 
 test('it enumerates as a vendor interface and a console, without a fault on the wire', { skip }, () => {
   const { board, hello } = new PicoRig();

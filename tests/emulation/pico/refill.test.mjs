@@ -2,15 +2,14 @@
 // The promise behind rule refill: a program that the board accepts never runs out of words. Random programs near the limit run with a cold
 // cache, misses at their dearest, edges on five lines, and a host that asks without pause. Afterwards the board's own measurements must
 // keep a margin of a quarter to what it declares. SYMRIG_LONG=1: 10,000 programs (SYMRIG_PROGRAMS sets another number). Each program and its
-// noise follow from its number alone, so with SYMRIG_LEDGER the programs of several runs add up (testing/ledger.mjs).
+// noise follow from its number alone, so with SYMRIG_LEDGER the programs of several runs add up (testing/campaign.mjs).
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Ledger } from '../testing/ledger.mjs';
-import { randomSource } from '../testing/random.mjs';
+import { Ledger, randomSource } from '../testing/campaign.mjs';
 import { assembleProgram, records, schema } from '../wire/client.mjs';
-import { KIND, crc32c, encodeFrame } from '../wire/frames.mjs';
-import { IMAGE, INTERLOCK, IN_A, PicoRig, VSYNC, input, outputs, skip } from './rig.mjs';
+import { crc32c, encodeFrame, KIND } from '../wire/frames.mjs';
+import { IMAGE, IN_A, input, INTERLOCK, outputs, PicoRig, skip, VSYNC } from './rig.mjs';
 
 const PROGRAMS = Number(process.env.SYMRIG_PROGRAMS ?? (process.env.SYMRIG_LONG ? 10_000 : 6));
 const SEED_STEP = 2654435761; // odd, so numbers below 2^32 give different seeds (Knuth's multiplicative hash)

@@ -3,9 +3,9 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { CYCLES_PER_MICROSECOND, CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
+import { CYCLES_PER_MICROSECOND, CYCLES_PER_MILLISECOND } from '../clock/time.mjs';
 import { records } from '../wire/client.mjs';
-import { INTERLOCK, PicoRig, input, outputs, skip } from './rig.mjs';
+import { input, INTERLOCK, outputs, PicoRig, skip } from './rig.mjs';
 
 const ON = 0x0ff;
 const LONG = 125_000_000;

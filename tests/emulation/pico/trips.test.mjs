@@ -2,16 +2,15 @@
 // An interlock that opens at any moment of a request: outputs are at their safe levels 10 us later and stay there, and a request that
 // would move them is not answered OK if the interlock opened before they moved. The moment is swept over the whole request.
 // SYMRIG_LONG=1 sweeps in steps of 16 cycles, otherwise in steps that leave a few seconds for each request. SYMRIG_XIP_MISS sets the cycles of a
-// flash miss. With SYMRIG_LEDGER the moments of several runs add up (testing/ledger.mjs).
+// flash miss. With SYMRIG_LEDGER the moments of several runs add up (testing/campaign.mjs).
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
-import { KIND, FLAG, encodeFrame } from '../wire/frames.mjs';
+import { CYCLES_PER_MICROSECOND } from '../clock/time.mjs';
+import { Ledger, randomSource } from '../testing/campaign.mjs';
 import { records, schema } from '../wire/client.mjs';
-import { Ledger } from '../testing/ledger.mjs';
-import { randomSource } from '../testing/random.mjs';
-import { IMAGE, INTERLOCK, PicoRig, input, skip } from './rig.mjs';
+import { encodeFrame, FLAG, KIND } from '../wire/frames.mjs';
+import { IMAGE, input, INTERLOCK, PicoRig, skip } from './rig.mjs';
 
 const LONG = Boolean(process.env.SYMRIG_LONG);
 const STEP = LONG ? 16 : 3001;

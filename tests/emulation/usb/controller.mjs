@@ -2,7 +2,7 @@
 // The RP2040's USB device controller as the bus sees it (data sheet, 4.1): every transaction looks at the buffer controls in the
 // USB memory. rp2040js takes a buffer the moment it is armed and knows neither NAK, STALL nor data toggles.
 
-import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
+import { CYCLES_PER_MICROSECOND } from '../clock/time.mjs';
 
 const AVAILABLE = 1 << 10;
 const STALL = 1 << 11;

@@ -2,12 +2,9 @@
 // A scripted USB host: cable, bus reset, enumeration, control, bulk and interrupt transfers.
 // Everything happens in emulated time. `wait` runs the chip until a transfer is over, for tests that read from top to bottom.
 
-import { CYCLES_PER_MICROSECOND, CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
-import { UsbBus } from './bus.mjs';
+import { CYCLES_PER_MICROSECOND, CYCLES_PER_MILLISECOND } from '../clock/time.mjs';
 import { IN, UsbController } from './controller.mjs';
-import { enumerate } from './enumerate.mjs';
-import { runScript } from './script.mjs';
-import { Transfers } from './transfers.mjs';
+import { Transfers, UsbBus } from './transfers.mjs';
 
 const DEBOUNCE_CYCLES = 10 * CYCLES_PER_MILLISECOND; // a real host takes 100 ms
 const RESET_CYCLES = 10 * CYCLES_PER_MILLISECOND;
@@ -213,4 +210,125 @@ export class UsbHost {
     if (!this.device) throw new Error(`no USB device within ${limit / CYCLES_PER_MILLISECOND} ms: ${this.failure ?? 'none attached'}`);
     return this.device;
   }
+}
+
+// What a host asks a new device, in the order Linux asks it: 8 bytes of the device descriptor, a second bus reset left out,
+// address, descriptors, strings, BOS, configuration.
+
+const GET_DESCRIPTOR = 6;
+const DEVICE = 1;
+const CONFIGURATION = 2;
+const STRING = 3;
+const BOS = 15;
+const ENGLISH = 0x0409;
+const ADDRESS = 5;
+
+export function descriptorRequest(type, index, language, length) {
+  return [0x80, GET_DESCRIPTOR, index, type, language & 255, language >> 8, length & 255, length >> 8];
+}
+
+/** A step of a script that must succeed. */
+function* ask(host, setup) {
+  const result = yield (done) => host.submitControl(setup, null, done);
+  if (result.status !== 'ok') throw new Error(`${Buffer.from(setup).toString('hex')}: ${result.status}`);
+  return result.data;
+}
+
+function* readStrings(host, indices) {
+  const strings = [];
+  for (const index of indices) {
+    strings.push(index ? parseString(yield* ask(host, descriptorRequest(STRING, index, ENGLISH, 255))) : '');
+  }
+  return strings;
+}
+
+/** Binary object store of a device that says it is USB 2.1; null for an older one. */
+function* readObjectStore(host, usb) {
+  if (usb < 0x0201) return null;
+  const head = yield* ask(host, descriptorRequest(BOS, 0, 0, 5));
+  return yield* ask(host, descriptorRequest(BOS, 0, 0, head.readUInt16LE(2)));
+}
+
+function* configure(host, configuration) {
+  for (const { endpoints } of configuration.interfaces) {
+    for (const { address, packetSize } of endpoints) host.transfers.sizes.set(address, packetSize);
+  }
+  yield* ask(host, [0, 9, configuration.value, 0, 0, 0, 0, 0]);
+}
+
+function* conversation(host) {
+  const first = yield* ask(host, descriptorRequest(DEVICE, 0, 0, 64));
+  if (first.length >= 8) for (const key of [0, 0x80]) host.transfers.sizes.set(key, first[7]);
+  yield* ask(host, [0, 5, ADDRESS, 0, 0, 0, 0, 0]);
+  yield host.pause(2 * CYCLES_PER_MILLISECOND);
+  const device = parseDevice(yield* ask(host, descriptorRequest(DEVICE, 0, 0, 18)));
+  const head = yield* ask(host, descriptorRequest(CONFIGURATION, 0, 0, 9));
+  const configuration = parseConfiguration(yield* ask(host, descriptorRequest(CONFIGURATION, 0, 0, head.readUInt16LE(2))));
+  const [manufacturerName, productName, serial] = yield* readStrings(host, device.strings);
+  const bos = yield* readObjectStore(host, device.usb);
+  yield* configure(host, configuration);
+  return { ...device, configuration, manufacturerName, productName, serial, bos };
+}
+
+/** The enumerated device, or null; `host.failure` then says why. */
+export function* enumerate(host) {
+  try {
+    return yield* conversation(host);
+  } catch (error) {
+    host.failure = `enumeration failed: ${error.message}`;
+    return null;
+  }
+}
+
+// Reads descriptors (USB 2.0, 9.6).
+
+export function parseDevice(bytes) {
+  return {
+    bytes,
+    vendor: bytes.readUInt16LE(8),
+    product: bytes.readUInt16LE(10),
+    version: bytes.readUInt16LE(12),
+    usb: bytes.readUInt16LE(2),
+    class: [bytes[4], bytes[5], bytes[6]],
+    packetSize: bytes[7],
+    strings: [bytes[14], bytes[15], bytes[16]],
+    configurations: bytes[17],
+  };
+}
+
+/** Walks a chain of descriptors; stops with an error at one of impossible length. */
+export function* walk(bytes) {
+  for (let at = 0; at < bytes.length; at += bytes[at]) {
+    if (bytes[at] < 2 || at + bytes[at] > bytes.length) throw new Error(`descriptor at ${at}: length ${bytes[at]} is impossible`);
+    yield bytes.subarray(at, at + bytes[at]);
+  }
+}
+
+/** {value, interfaces: [{number, class, endpoints: [{address, type, packetSize, interval}]}]} */
+export function parseConfiguration(bytes) {
+  if (bytes.length !== bytes.readUInt16LE(2)) throw new Error(`configuration says ${bytes.readUInt16LE(2)} bytes, has ${bytes.length}`);
+  const interfaces = [];
+  for (const part of walk(bytes)) {
+    if (part[1] === 4) interfaces.push({ number: part[2], class: [part[5], part[6], part[7]], declared: part[4], endpoints: [] });
+    if (part[1] !== 5) continue;
+    interfaces.at(-1).endpoints.push({ address: part[2], type: part[3] & 3, packetSize: part.readUInt16LE(4), interval: part[6] });
+  }
+  for (const each of interfaces) {
+    if (each.declared !== each.endpoints.length) throw new Error(`interface ${each.number} declares ${each.declared} endpoints, has ${each.endpoints.length}`);
+  }
+  return { bytes, value: bytes[5], interfaces };
+}
+
+export const parseString = (bytes) => bytes.subarray(2).toString('utf16le');
+
+// A conversation with a device, written down as a generator: it yields functions that take a callback, and goes on with what
+// that is called with. It runs from within the emulation, without promises, so that its order is the same in every run.
+
+export function runScript(generator, done = () => {}) {
+  const resume = (value) => {
+    const { value: task, done: finished } = generator.next(value);
+    if (finished) done(task);
+    else task(resume);
+  };
+  resume();
 }

@@ -5,8 +5,7 @@ import assert from 'node:assert/strict';
 import net from 'node:net';
 import { after, before, test } from 'node:test';
 import { boardWith } from '../testing/images.mjs';
-import { serve } from './server.mjs';
-import { WallClock } from './wall_clock.mjs';
+import { serve, WallClock } from './server.mjs';
 
 const ECONNRESET = -104;
 const EPIPE = -32;

@@ -2,10 +2,9 @@
 // A host's end of the wire, for tests of the emulated board: asks and waits in emulated time, takes events, uploads programs.
 
 import fs from 'node:fs';
-import { BulkPipe } from '../board/pipe.mjs';
-import { CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
-import { FLAG, FrameCutter, KIND, crc32c, encodeFrame } from './frames.mjs';
-import { Schema } from './schema.mjs';
+import { BulkPipe } from '../board/link.mjs';
+import { CYCLES_PER_MILLISECOND } from '../clock/time.mjs';
+import { crc32c, encodeFrame, FLAG, FrameCutter, KIND, Schema } from './frames.mjs';
 
 export const schema = new Schema(fs.readFileSync(new URL('../../../protocol/symrig.proto', import.meta.url), 'utf8'));
 

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import { test } from 'node:test';
 import { assembleProgram, configHash, records, schema } from './client.mjs';
-import { FrameCutter, crc32c, decodeFrame, encodeFrame, stuff, unstuff } from './frames.mjs';
+import { crc32c, decodeFrame, encodeFrame, FrameCutter, stuff, unstuff } from './frames.mjs';
 
 function vectors(name) {
   const text = fs.readFileSync(new URL(`../../golden/wire/${name}.txt`, import.meta.url), 'utf8');

@@ -3,15 +3,14 @@
 // said.
 #include "scratch.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/calibration/gray_code.hpp"
-#include "symrig/calibration/map_file.hpp"
-#include "symrig/hdr/response_file.hpp"
+#include "symrig/calibration/pixel_map.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/program/program_file.hpp"
-#include "symrig/rig/rig_description.hpp"
+#include "symrig/rig/rig_file.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <filesystem>

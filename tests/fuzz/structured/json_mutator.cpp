@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json_mutator.hpp"
-
-#include "values.hpp"
+#include "mutators.hpp"
 
 #include <vector>
 

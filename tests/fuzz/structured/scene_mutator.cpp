@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene_mutator.hpp"
-
-#include "json_mutator.hpp"
-#include "values.hpp"
+#include "mutators.hpp"
 
 #include <cstdint>
 #include <cstring>

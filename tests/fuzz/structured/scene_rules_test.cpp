@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each rule of docs/file-format.md about numbers: a whole file in which one number breaks it is refused.
+// The rules of the file refuse nothing that a capture makes: every algorithm, noise, optics out of line,
+// views.
 #include "scratch.hpp"
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -186,6 +192,45 @@ TEST_F(SceneRules, texts_may_be_of_any_length_type_and_padding) {
   ASSERT_TRUE(read.ok()) << read.error().line();
   EXPECT_EQ(read->capture_json, "{}");
 }
+
+CaptureOptions options_of(Algorithm algorithm, int polish) {
+  CaptureOptions options;
+  options.algorithm = algorithm;
+  options.rule = default_rule(algorithm);
+  options.economy = default_economy(algorithm);
+  options.economy->polish = polish;
+  return options;
+}
+
+class CapturedScenes : public testing::TestWithParam<std::pair<const char*, Algorithm>> {};
+
+TEST_P(CapturedScenes, are_read_again) {
+  const auto& [rig, algorithm] = GetParam();
+  const test::Scratch folder;
+  for (const int polish : {0, 2}) {
+    auto probe = open_virtual_rig(rig);
+    ASSERT_TRUE(probe.ok()) << probe.error().line();
+    CaptureOptions options = options_of(algorithm, polish);
+    // Optics that are this far out of line are refused otherwise.
+    options.unchecked = std::string_view(rig).find("misalign") != std::string_view::npos;
+    auto captured = capture(**probe, options);
+    ASSERT_TRUE(captured.ok()) << captured.error().line();
+    ASSERT_TRUE(save_scene(folder / "scene.h5", {captured->tensor, "{}", captured->held_out}).ok());
+    const auto read = load_scene(folder / "scene.h5");
+    EXPECT_TRUE(read.ok()) << read.error().line();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rigs, CapturedScenes,
+                         testing::Values(std::pair{"sim:vgroove-textured?size=24x20", Algorithm::symrig},
+                                         std::pair{"sim:gummy?size=20x24&noise=off", Algorithm::symrig},
+                                         std::pair{"sim:gummy?size=16x16&misalign=0.7", Algorithm::symrig},
+                                         std::pair{"sim:vgroove-textured?size=16x16&psf=0.2",
+                                                   Algorithm::symrig},
+                                         std::pair{"sim:views2?size=24x24", Algorithm::symrig},
+                                         std::pair{"sim:vgroove-white?size=16x16", Algorithm::paper},
+                                         std::pair{"sim:vgroove-white?size=8x8", Algorithm::brute},
+                                         std::pair{"sim:vgroove-white?size=8x8", Algorithm::dual}));
 
 }  // namespace
 }  // namespace symrig::structured::scene_rules_test

@@ -2,9 +2,9 @@
 // HDF5 files whose structure is damaged, with right checksums: refused in one line, or read as what they now
 // are.
 #include "campaign.hpp"
-#include "hdf5_mutator.hpp"
+#include "mutators.hpp"
 #include "scratch.hpp"
-#include "symrig/calibration/registration_file.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/sim/dense_rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5_file.hpp"

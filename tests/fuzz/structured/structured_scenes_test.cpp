@@ -2,16 +2,14 @@
 // Scene files with other values, shapes and types in them: refused in one line, or read as the scene that
 // they now are, with which everything that commands do works.
 #include "campaign.hpp"
-#include "scene_mutator.hpp"
+#include "mutators.hpp"
 #include "scratch.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/report/html_report.hpp"
-#include "symrig/report/node_counts.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/view_relight.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 #include "unit/tensor/random_tensor.hpp"
-#include "values.hpp"
 
 #include <cmath>
 #include <filesystem>

@@ -4,7 +4,7 @@
 
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cstddef>

@@ -2,7 +2,7 @@
 #include "symrig/acquisition/capture.hpp"
 
 #include "dense_scene.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <chrono>

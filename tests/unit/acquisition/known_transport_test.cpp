@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/known_transport.hpp"
+#include "acquisition/tree/known_transport.hpp"
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>

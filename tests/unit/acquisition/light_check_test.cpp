@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rigs whose photographs contradict their patterns. tests/cli/rig_faults_test.py has the table of all faults.
-#include "acquisition/light/light_columns.hpp"
+#include "acquisition/light/light_tests.hpp"
 #include "dense_scene.hpp"
 #include "workbench.hpp"
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <array>

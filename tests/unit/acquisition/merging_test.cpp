@@ -92,7 +92,7 @@ class Merging : public testing::Test {
   Workbench bench_;
   int channels_;
   KnownTransport known_;
-  SceneFacts facts_;
+  SearchFacts facts_;
 };
 
 // Factors are sums of at most 16 products in float or double: 64 ε bounds what is rounded of |T| = 1 or less.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Photographs in batches: one is taken while the one before is used.
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/tree/photographer.hpp"
 
 #include "dense_scene.hpp"
 #include "symrig/acquisition/photograph_log.hpp"

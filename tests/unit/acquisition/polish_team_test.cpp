@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A polish that is dealt over processes, here threads, against one of all of T.
-#include "acquisition/refine/exact_sums.hpp"
-#include "acquisition/refine/most_light.hpp"
 #include "acquisition/refine/polish.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
 #include "assert_ok.hpp"
 #include "dense_scene.hpp"
 #include "workbench.hpp"

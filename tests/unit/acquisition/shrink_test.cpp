@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/shrink.hpp"
-
+#include "acquisition/search/placement.hpp"
 #include "workbench.hpp"
 
 #include <cmath>

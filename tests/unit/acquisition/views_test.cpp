@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/views.hpp"
 
-#include "sim/optics.hpp"
-#include "symrig/base/random.hpp"
+#include "sim/light/optics.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/sim/scene.hpp"
 #include "symrig/tensor/block_tree.hpp"
 

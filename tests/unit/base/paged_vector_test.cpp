@@ -2,9 +2,8 @@
 // Vectors whose memory may be a scratch file.
 #include "symrig/base/paged_vector.hpp"
 
-#include "symrig/base/byte_size.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/memory_scope.hpp"
+#include "symrig/base/text.hpp"
 
 #include <cstdlib>
 #include <numeric>

@@ -2,16 +2,34 @@
 #pragma once
 
 #include "assert_ok.hpp"
+#include "servers.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 
+#include <atomic>
+#include <chrono>
+#include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 namespace symrig::test {
+
+/// A simulated board on a descriptor, its clock driven by the wall's, until the other end closes.
+inline void serve_board(int fd, const std::atomic<bool>& stop) {
+  board_sim::SimBoard board;
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<std::uint8_t> bytes;
+  while (!stop && read_some(fd, bytes)) {
+    const auto passed = std::chrono::nanoseconds(std::chrono::steady_clock::now() - begin).count();
+    board.advance_to(static_cast<std::uint64_t>(passed) / 8);
+    board.write(bytes);
+    write_all(fd, board.read());
+  }
+}
 
 /// A board with a projector and a camera on its lines.
 struct Bench {

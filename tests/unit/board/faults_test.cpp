@@ -4,7 +4,7 @@
 // board's word.
 #include "bench.hpp"
 #include "faulty_link.hpp"
-#include "symrig/board/lint.hpp"
+#include "symrig/board/program.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench.hpp"
-#include "wall_board.hpp"
 
 #include <csignal>
 #include <cstdint>

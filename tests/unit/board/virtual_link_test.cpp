@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench.hpp"
+#include "servers.hpp"
 #include "symrig/board/self_test.hpp"
 #include "symrig/board/virtual_bench.hpp"
-#include "virtual_server.hpp"
 
 #include <string>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The engine around a playback: each call holds the board's lock, and asks the board for its time and inputs.
-#include "symrig/boards/playback_engine.hpp"
+#include "symrig/boards/playback.hpp"
 
 #include <gtest/gtest.h>
 

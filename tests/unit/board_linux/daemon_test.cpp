@@ -6,7 +6,7 @@
 #include "fake_gpio.hpp"
 #include "socket_transport.hpp"
 #include "symrig/board/board.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/board/link.hpp"
 
 #include <chrono>
 #include <filesystem>

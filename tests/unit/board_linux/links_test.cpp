@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "assert_ok.hpp"
-#include "link_switch.hpp"
-#include "symrig/protocol/busy_answer.hpp"
+#include "scratch.hpp"
+#include "socket_transport.hpp"
+#include "symrig/protocol/messages.hpp"
+#include "transport.hpp"
 
+#include <fstream>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -146,6 +150,30 @@ TEST_F(Links, ASilentOneGivesWay) {
   EXPECT_FALSE(links_->attached());
   links_->serve(5 * kSecond);
   EXPECT_EQ(links_->holder(), "second");
+}
+
+// Where symrigd puts its socket: only a socket of before is replaced.
+
+using symrig::test::Scratch;
+
+TEST(SocketPlace, a_file_in_the_place_of_the_socket_stays) {
+  const Scratch folder;
+  std::ofstream(folder / "board.sock") << "of somebody else";
+  const auto refused = SocketTransport::listen_unix(folder / "board.sock");
+  EXPECT_FALSE(refused.ok());
+  std::stringstream text;
+  text << std::ifstream(folder / "board.sock").rdbuf();
+  EXPECT_EQ(text.str(), "of somebody else");
+}
+
+TEST(SocketPlace, a_socket_that_nobody_serves_is_replaced) {
+  const Scratch folder;
+  {
+    const auto first = SocketTransport::listen_unix(folder / "board.sock");
+    ASSERT_TRUE(first.ok());
+    std::filesystem::create_hard_link(folder / "board.sock", folder / "left.sock");
+  }
+  EXPECT_TRUE(SocketTransport::listen_unix(folder / "left.sock").ok());
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 // How simulated benches sit, against their keys.
 #include "symrig/calibration/alignment.hpp"
 
-#include "calibration/registration/perspective_map.hpp"
+#include "calibration/camera_map/perspective_map.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // Maps that are found from Gray-code photographs of simulated benches, against their exact maps.
 #include "symrig/calibration/camera_map.hpp"
 
-#include "calibration/registration/spline_surface.hpp"
+#include "calibration/fitting/spline_surface.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "synthetic_photographs.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The coaxial check's shift against the true one, over sizes, scenes, seeds and shifts of both signs: within
 // three stated errors, or said to be beyond what is measured.
-#include "calibration/coaxial_comb.hpp"
+#include "calibration/axis/coaxial_comb.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -176,7 +176,7 @@ TEST(CoaxialRange, an_asymmetry_is_named_with_all_causes_that_fit) {
 // A shift of a pixel is seen by the pairs one pixel apart: counted twice, it is twice as large.
 TEST(CoaxialComb, no_two_pairs_of_stripes_are_equally_far_apart) {
   for (int length = 4; length < 300; ++length) {
-    const auto comb = calibration::make_comb(calibration::Axis::cols, {3, length});
+    const auto comb = calibration::make_comb(calibration::CombAxis::cols, {3, length});
     ASSERT_TRUE(comb.has_value());
     std::set<int> distances;
     for (std::size_t i = 0; i < comb->offsets.size(); ++i)

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fast parts of the decoder against slow ones that share nothing with them.
-#include "calibration/footprint_shape.hpp"
-#include "calibration/non_negative.hpp"
-#include "calibration/raw_map.hpp"
-#include "calibration/stated_sigma.hpp"
-#include "calibration/stripe_kernels.hpp"
-#include "calibration/support_kernels.hpp"
-#include "symrig/base/quantile.hpp"
+#include "calibration/fitting/least_squares.hpp"
+#include "calibration/pixel_map/raw_map.hpp"
+#include "calibration/pixel_map/stripe_light.hpp"
+#include "calibration/pixel_map/stripe_search.hpp"
+#include "symrig/base/statistics.hpp"
 #include "synthetic_photographs.hpp"
 
 #include <algorithm>

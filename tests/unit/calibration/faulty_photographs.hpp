@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <numeric>
 #include <string>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
 namespace symrig::test {
 
@@ -106,6 +108,111 @@ inline CodePhotographs coded(const Photographs& all) {
       photographs.names.push_back(fmt::format("{:02}.png", photographs.images.size() - 1));
   }
   return photographs;
+}
+
+inline void change_each(Image<float>& image, const std::function<double(double)>& value) {
+  for (float& v : image.values()) v = static_cast<float>(value(static_cast<double>(v)));
+}
+
+/// Photograph k becomes what photograph from(k) was.
+inline void reorder(Photographs& all, const std::function<int(int)>& from) {
+  std::vector<Image<float>> light;
+  light.reserve(all.light.size());
+  for (int k = 0; k < all.count(); ++k) light.push_back(all.light[from(k)]);
+  all.light = std::move(light);
+}
+
+/// factor: of a row of photograph k.
+inline void scale(Photographs& all, const std::function<double(int row, int k)>& factor) {
+  for (int k = 0; k < all.count(); ++k)
+    for (int r = 0; r < all.bench.camera.rows; ++r)
+      for (int c = 0; c < all.bench.camera.cols; ++c)
+        all.light[k].at(r, c) *= static_cast<float>(factor(r, k));
+}
+
+/// Each photograph contains this share of the one before.
+inline void overlap(Photographs& all, const std::function<double(int row)>& share) {
+  const std::vector<Image<float>> old = all.light;
+  for (std::size_t k = 1; k < old.size(); ++k)
+    for (int r = 0; r < all.bench.camera.rows; ++r)
+      for (int c = 0; c < all.bench.camera.cols; ++c) {
+        const auto s = static_cast<float>(share(r));
+        all.light[k].at(r, c) = (1 - s) * old[k].at(r, c) + s * old[k - 1].at(r, c);
+      }
+}
+
+/// Where a pixel of a turned picture was.
+using PixelPlace = std::function<std::pair<int, int>(int row, int col)>;
+
+inline Image<float> looked_up(const Image<float>& from, Grid grid, const PixelPlace& place) {
+  Image<float> image(grid);
+  for (int r = 0; r < grid.rows; ++r)
+    for (int c = 0; c < grid.cols; ++c) {
+      const auto [row, col] = place(r, c);
+      image.at(r, c) =
+          from.at(std::clamp(row, 0, from.grid().rows - 1), std::clamp(col, 0, from.grid().cols - 1));
+    }
+  return image;
+}
+
+/// The camera turns or mirrors its pictures.
+inline void turn(Photographs& all, Grid grid, const PixelPlace& place) {
+  for (Image<float>& light : all.light) light = looked_up(light, grid, place);
+  all.col = looked_up(all.col, grid, place);
+  all.row = looked_up(all.row, grid, place);
+}
+
+inline Image<float> sharpened(const Image<float>& image) {
+  Image<float> sharp = image;
+  for (int r = 1; r + 1 < image.grid().rows; ++r)
+    for (int c = 1; c + 1 < image.grid().cols; ++c) {
+      float mean = 0;
+      for (int i = -1; i <= 1; ++i)
+        for (int j = -1; j <= 1; ++j) mean += image.at(r + i, c + j) / 9;
+      sharp.at(r, c) = std::max(2 * image.at(r, c) - mean, 0.0F);
+    }
+  return sharp;
+}
+
+/// As strong compression does: the details of each 2 × 2 pixels are rounded to a twentieth of the range.
+inline Image<float> compressed(const Image<float>& image) {
+  Image<float> out = image;
+  for (int r = 0; r + 1 < image.grid().rows; r += 2)
+    for (int c = 0; c + 1 < image.grid().cols; c += 2) {
+      const float mean =
+          (image.at(r, c) + image.at(r, c + 1) + image.at(r + 1, c) + image.at(r + 1, c + 1)) / 4;
+      for (int i = 0; i < 4; ++i) {
+        float& v = out.at(r + i / 2, c + i % 2);
+        v = mean + std::round((v - mean) * 20) / 20;
+      }
+    }
+  return out;
+}
+
+/// The first two causes of a refusal, and how many there are.
+inline std::pair<std::string, std::size_t> first_causes(const std::string& line) {
+  const std::string mark = "possible causes: ", between = "; or ";
+  const auto begin = line.find(mark);
+  if (begin == std::string::npos) return {line, 1};
+  std::size_t count = 1, at = begin, second = std::string::npos;
+  while ((at = line.find(between, at + 1)) != std::string::npos) {
+    ++count;
+    if (count == 3) second = at;
+  }
+  return {line.substr(0, second), count};
+}
+
+/// One of the fault's causes is named first or second, of at most three. "Moved" is said only of what moved.
+template <class Fault>
+void expect_named(const Fault& fault, const std::string& command, const std::string& line) {
+  const auto named = first_causes(line);
+  EXPECT_LE(named.second, 3U) << command << ": " << line;
+  EXPECT_TRUE(std::ranges::any_of(
+      fault.causes, [&](const std::string& one) { return named.first.find(one) != std::string::npos; }))
+      << fault.name << ", " << command << ": " << line;
+  if (!fault.moved) {
+    EXPECT_EQ(line.find("moved"), std::string::npos) << fault.name << ", " << command << ": " << line;
+  }
 }
 
 }  // namespace symrig::test

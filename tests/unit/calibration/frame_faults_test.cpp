@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // One table: what can be wrong with frames of a camera × the commands that read them (`merge`, `calibrate
 // --sensor`).
-#include "named_causes.hpp"
-#include "symrig/calibration/bracket_merge.hpp"
+#include "faulty_photographs.hpp"
+#include "symrig/calibration/sensor_folder.hpp"
 #include "unit/hdr/simulated_sensor.hpp"
 
 #include <algorithm>

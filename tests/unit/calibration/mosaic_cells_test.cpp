@@ -83,7 +83,7 @@ Outcome measured(Probe& rig, const Scene& truth) {
 }
 
 /// Red and blue have half the pixels along the side of a cell. So the bounds are those of a camera with as
-/// many pixels: 0.22 / p on surfaces, within a factor of 1.5 (docs/benchmarks/registration.md). Patterns and
+/// many pixels: 0.22 / p on surfaces, within a factor of 1.5 (docs/research/registration.md). Patterns and
 /// `frobenius` have the targets of a sharp bench there.
 TEST(MosaicCells, are_captured_in_colour_with_the_patterns_of_the_coaxial_rig) {
   constexpr double kPixels = 152 * 0.784 / 32 / 2;

@@ -3,7 +3,6 @@
 // result, or it refuses and names this cause first or second, of at most three. And good photographs of many
 // kinds.
 #include "faulty_photographs.hpp"
-#include "named_causes.hpp"
 #include "scratch.hpp"
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/pixel_map.hpp"
@@ -26,85 +25,15 @@ namespace symrig::photograph_faults_test {
 namespace {
 
 using test::Bench;
+using test::change_each;
+using test::compressed;
+using test::looked_up;
+using test::overlap;
 using test::Photographs;
-
-void change_each(Image<float>& image, const std::function<double(double)>& value) {
-  for (float& v : image.values()) v = static_cast<float>(value(static_cast<double>(v)));
-}
-
-/// Photograph k becomes what photograph from(k) was.
-void reorder(Photographs& all, const std::function<int(int)>& from) {
-  std::vector<Image<float>> light;
-  light.reserve(all.light.size());
-  for (int k = 0; k < all.count(); ++k) light.push_back(all.light[from(k)]);
-  all.light = std::move(light);
-}
-
-/// factor: of a row of photograph k.
-void scale(Photographs& all, const std::function<double(int row, int k)>& factor) {
-  for (int k = 0; k < all.count(); ++k)
-    for (int r = 0; r < all.bench.camera.rows; ++r)
-      for (int c = 0; c < all.bench.camera.cols; ++c)
-        all.light[k].at(r, c) *= static_cast<float>(factor(r, k));
-}
-
-/// Each photograph contains this share of the one before.
-void overlap(Photographs& all, const std::function<double(int row)>& share) {
-  const std::vector<Image<float>> old = all.light;
-  for (std::size_t k = 1; k < old.size(); ++k)
-    for (int r = 0; r < all.bench.camera.rows; ++r)
-      for (int c = 0; c < all.bench.camera.cols; ++c) {
-        const auto s = static_cast<float>(share(r));
-        all.light[k].at(r, c) = (1 - s) * old[k].at(r, c) + s * old[k - 1].at(r, c);
-      }
-}
-
-using Place = std::function<std::pair<int, int>(int row, int col)>;
-
-Image<float> looked_up(const Image<float>& from, Grid grid, const Place& place) {
-  Image<float> image(grid);
-  for (int r = 0; r < grid.rows; ++r)
-    for (int c = 0; c < grid.cols; ++c) {
-      const auto [row, col] = place(r, c);
-      image.at(r, c) =
-          from.at(std::clamp(row, 0, from.grid().rows - 1), std::clamp(col, 0, from.grid().cols - 1));
-    }
-  return image;
-}
-
-/// The camera turns or mirrors its pictures.
-void turn(Photographs& all, Grid grid, const Place& place) {
-  for (Image<float>& light : all.light) light = looked_up(light, grid, place);
-  all.col = looked_up(all.col, grid, place);
-  all.row = looked_up(all.row, grid, place);
-}
-
-Image<float> sharpened(const Image<float>& image) {
-  Image<float> sharp = image;
-  for (int r = 1; r + 1 < image.grid().rows; ++r)
-    for (int c = 1; c + 1 < image.grid().cols; ++c) {
-      float mean = 0;
-      for (int i = -1; i <= 1; ++i)
-        for (int j = -1; j <= 1; ++j) mean += image.at(r + i, c + j) / 9;
-      sharp.at(r, c) = std::max(2 * image.at(r, c) - mean, 0.0F);
-    }
-  return sharp;
-}
-
-/// As strong compression does: the details of each 2 × 2 pixels are rounded to a twentieth of the range.
-Image<float> compressed(const Image<float>& image) {
-  Image<float> out = image;
-  for (int r = 0; r + 1 < image.grid().rows; r += 2)
-    for (int c = 0; c + 1 < image.grid().cols; c += 2) {
-      const float mean =
-          (image.at(r, c) + image.at(r, c + 1) + image.at(r + 1, c) + image.at(r + 1, c + 1)) / 4;
-      for (int i = 0; i < 4; ++i) {
-        float& v = out.at(r + i / 2, c + i % 2);
-        v = mean + std::round((v - mean) * 20) / 20;
-      }
-    }
-  return out;
-}
+using test::reorder;
+using test::scale;
+using test::sharpened;
+using test::turn;
 
 struct Fault {
   const char* name;

@@ -2,8 +2,8 @@
 // Right sequences of random scenes (tests/benchmark/random_sequence.hpp), each of a kind that was refused
 // once.
 #include "../../benchmark/random_sequence.hpp"
-#include "calibration/photograph_noise.hpp"
-#include "symrig/base/quantile.hpp"
+#include "calibration/sequence/photograph_noise.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 
 #include <cmath>

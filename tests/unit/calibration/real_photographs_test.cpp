@@ -2,8 +2,7 @@
 // 42 real photographs of a projector and a camera, where they are: SYMRIG_PHOTOGRAPHS in the environment, or
 // as configured.
 #include "symrig/calibration/first_bounce.hpp"
-#include "symrig/calibration/map_quality.hpp"
-#include "symrig/calibration/smooth_map.hpp"
+#include "symrig/calibration/pixel_map.hpp"
 
 #include <algorithm>
 #include <cmath>

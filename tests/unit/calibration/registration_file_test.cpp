@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/calibration/registration_file.hpp"
-
 #include "scratch.hpp"
 #include "small_registration.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <cmath>
@@ -12,6 +11,8 @@
 #include <limits>
 #include <span>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace symrig::registration_file_test {
 namespace {

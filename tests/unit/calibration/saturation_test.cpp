@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera clips at any code; a good sequence is not refused for it.
-#include "calibration/saturation.hpp"
-
-#include "calibration/sequence_check.hpp"
+#include "calibration/sequence/sequence_check.hpp"
+#include "calibration/sequence/sequence_verdicts.hpp"
 #include "scratch.hpp"
 #include "symrig/image/file.hpp"
 #include "synthetic_photographs.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every fault at every place of a good sequence: it is refused, or does no harm, and no innocent photograph
 // is named alone. And good sequences of many kinds, of which none is refused.
-#include "calibration/sequence_check.hpp"
+#include "calibration/sequence/sequence_check.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "synthetic_photographs.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A rig of several views whose camera has pixels of its own: which view a pixel belongs to, and where it
 // looks.
-#include "calibration/registration/own_views.hpp"
-#include "calibration/registration/view_by_view.hpp"
+#include "calibration/registration/views.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"
@@ -101,7 +100,7 @@ TEST(ManyViews, a_ghost_is_found) {
 }
 
 // Photographs are blurred by √(σp² − σc²). With four points along the side of a cell, one view tells it to
-// 0.025 cells (docs/benchmarks/registration.md, A blurred bench).
+// 0.025 cells (docs/research/registration.md, A blurred bench).
 TEST(ManyViews, both_blurs_are_measured) {
   const auto rig =
       rig_of("sim:views2?size=48x48&fine=4&camera=245x245&turn=1.5&zoom=0.7288&defocus=0.15,0.3");

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/calibration/smooth_map.hpp"
-
+#include "symrig/calibration/pixel_map.hpp"
 #include "synthetic_photographs.hpp"
 
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A driver's numbers and stamps: what is made of them.
-#include "camera/v4l2/sequence.hpp"
-#include "camera/v4l2/stamps.hpp"
+#include "symrig/camera/internal/counts.hpp"
 
 #include <chrono>
 #include <random>
@@ -19,17 +18,17 @@ constexpr std::uint32_t kStart = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FL
 
 TEST(Sequence, gaps_repeats_and_steps_back_are_told) {
   SequenceCount count;
-  EXPECT_EQ(count.read(3).step, Step::first);
-  EXPECT_EQ(count.read(4).step, Step::next);
+  EXPECT_EQ(count.read(3).step, CountStep::first);
+  EXPECT_EQ(count.read(4).step, CountStep::next);
   const auto gap = count.read(7);
-  EXPECT_EQ(gap.step, Step::gap);
+  EXPECT_EQ(gap.step, CountStep::gap);
   EXPECT_EQ(gap.missing, 2U);
   EXPECT_EQ(gap.number, 7U);
-  EXPECT_EQ(count.read(7).step, Step::repeated);
+  EXPECT_EQ(count.read(7).step, CountStep::repeated);
   const auto back = count.read(5);
-  EXPECT_EQ(back.step, Step::backwards);
+  EXPECT_EQ(back.step, CountStep::backwards);
   EXPECT_EQ(back.number, 5U);
-  EXPECT_EQ(count.read(6).step, Step::next);
+  EXPECT_EQ(count.read(6).step, CountStep::next);
 }
 
 TEST(Sequence, the_driver_wraps_and_the_count_does_not) {
@@ -46,7 +45,7 @@ TEST(Sequence, below_the_first_number_there_is_nothing_to_go_back_to) {
   SequenceCount count;
   count.read(0);
   const auto reading = count.read(0xFFFFFFFF);
-  EXPECT_EQ(reading.step, Step::gap);
+  EXPECT_EQ(reading.step, CountStep::gap);
   EXPECT_EQ(reading.number, 0xFFFFFFFFULL);
 }
 
@@ -72,7 +71,7 @@ TEST(Sequence, follows_random_walks_exactly) {
       const auto reading = count.read(static_cast<std::uint32_t>(truth));
       ASSERT_EQ(reading.number, truth);
       ASSERT_EQ(reading.missing, step == 0 ? 0 : step - 1);
-      ASSERT_EQ(reading.step == Step::repeated, step == 0);
+      ASSERT_EQ(reading.step == CountStep::repeated, step == 0);
     }
   }
 }

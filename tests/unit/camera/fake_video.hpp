@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/v4l2/video_system.hpp"
+#include "symrig/camera/internal/video_system.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <condition_variable>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/camera/region.hpp"
-
 #include "assert_ok.hpp"
-#include "camera/frame_reader.hpp"
+#include "symrig/camera/frame_format.hpp"
+#include "symrig/camera/internal/frame_reader.hpp"
 
 #include <algorithm>
 #include <array>

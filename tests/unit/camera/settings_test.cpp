@@ -2,11 +2,14 @@
 // Finding a camera, its format and its controls: what is accepted, and what each refusal says.
 #include "assert_ok.hpp"
 #include "fake_video.hpp"
+#include "symrig/camera/internal/driver.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
 
 #include <algorithm>
 #include <cerrno>
+#include <set>
 #include <string>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -289,6 +292,19 @@ TEST_F(Settings, drivers_that_never_come_to_an_end_do_not_hang) {
   const auto info = look_at_camera(system, "/dev/video0");
   ASSERT_OK(info);
   EXPECT_EQ(info->formats.size(), 256U);
+}
+
+TEST(CameraDrivers, describe_themselves) {
+  std::set<std::string_view> names, prefixes;
+  for (const camera::CameraDriver& driver : camera::camera_drivers()) {
+    EXPECT_TRUE(names.insert(driver.name).second) << driver.name;
+    EXPECT_TRUE(prefixes.insert(driver.prefix).second)
+        << driver.name << ": its paths are those of another driver";
+    EXPECT_FALSE(driver.about.empty()) << driver.name;
+    EXPECT_TRUE(driver.form.starts_with(driver.prefix)) << driver.form;
+    EXPECT_NE(camera_path_forms().find(driver.form), std::string::npos) << driver.form;
+    EXPECT_TRUE(driver.read != nullptr && driver.find != nullptr && driver.look != nullptr) << driver.name;
+  }
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 // Frames on their way from a scripted driver to take(): nothing is lost without a name. Time is the script's,
 // but for patience, which is real and never measured.
 #include "assert_ok.hpp"
-#include "camera_laws.hpp"
 #include "fake_video.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
+#include "symrig/testing/camera_laws.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every pixel format against a slow reference that reads single bits, where [Linux media, pixfmt] puts them.
-#include "camera/unpack.hpp"
-
-#include "camera/pfnc.hpp"
-#include "symrig/camera/pixel_format.hpp"
+#include "symrig/camera/frame_format.hpp"
+#include "symrig/camera/internal/frame_reader.hpp"
 
 #include <array>
 #include <random>

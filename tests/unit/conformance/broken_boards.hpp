@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "unit/board/broken_link.hpp"
+#include "unit/board/faulty_link.hpp"
 
 #include <set>
 #include <string>

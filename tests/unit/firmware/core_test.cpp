@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Requests in each state: what is refused, with which code and field.
 #include "raw_host.hpp"
-#include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/program.hpp"
 #include "symrig/protocol/schema_hash.hpp"
 #include "unit/protocol/random_program.hpp"
 

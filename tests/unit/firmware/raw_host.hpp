@@ -2,7 +2,6 @@
 #pragma once
 
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/protocol/data_chunk.hpp"
 #include "symrig/protocol/line_config.hpp"
 #include "symrig/protocol/messages.hpp"
 #include "symrig/protocol/program.hpp"

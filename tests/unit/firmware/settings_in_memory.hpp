@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/settings.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A GenICam camera by Aravis: what is set, what is refused, and which frames arrive.
-#include "camera/genicam/genicam_camera.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 
 #include "assert_ok.hpp"
-#include "camera/genicam/genicam_driver.hpp"
 #include "gige/gige_camera.hpp"
-#include "gige/numbered_scene.hpp"
 
 #include <algorithm>
 #include <any>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames larger than the socket that a distribution allows: 640x512 Mono16, sent as fast as the machine can.
 #include "assert_ok.hpp"
-#include "camera/genicam/genicam_camera.hpp"
 #include "gige/gige_camera.hpp"
-#include "gige/numbered_scene.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 
 #include <cstdio>
 #include <cstdlib>

@@ -3,7 +3,6 @@
 #include "symrig/hdr/response.hpp"
 
 #include "simulated_sensor.hpp"
-#include "symrig/hdr/response_file.hpp"
 
 #include <filesystem>
 #include <fstream>

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A sensor measured from pairs of frames of a scene with texture, edges and highlights.
-#include "symrig/hdr/scene_sensor.hpp"
-
 #include "simulated_sensor.hpp"
+#include "symrig/hdr/sensor.hpp"
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scratch.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

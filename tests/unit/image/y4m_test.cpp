@@ -2,7 +2,7 @@
 #include "symrig/image/y4m.hpp"
 
 #include "scratch.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The compiler against a slow oracle: random programs by hand, timed in real numbers.
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/program/timeline.hpp"
 #include "workshop.hpp"
 

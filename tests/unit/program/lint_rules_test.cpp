@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// docs/lint-rules.md and the linter say the same: every rule has an example that breaks it and one that keeps
-// it.
+// Every rule of the linter has an example that breaks it and one that keeps it.
 #include "workshop.hpp"
 
-#include <filesystem>
-#include <fstream>
-#include <map>
 #include <set>
-#include <sstream>
 #include <vector>
 
 namespace symrig::lint_rules_test {
@@ -15,68 +10,39 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct RuleText {
-  std::string severity;
-  std::vector<std::string> examples;
-};
-
-/// Rules of the document that have a heading of their own.
-std::map<std::string, RuleText> documented(std::set<std::string>& listed) {
-  std::ifstream file(std::filesystem::path(SYMRIG_DOCS) / "lint-rules.md");
-  EXPECT_TRUE(file.good());
-  std::map<std::string, RuleText> rules;
-  std::string rule;
-  bool in_example = false;
-  for (std::string line; std::getline(file, line);) {
-    if (line.rfind("## ", 0) == 0) rule = line.substr(3);
-    if (line.rfind("| `", 0) == 0) listed.insert(line.substr(3, line.find('`', 3) - 3));
-    if (line.rfind('*', 0) == 0) rules[rule].severity = line.substr(1, line.find('*', 1) - 1);
-    if (line == "```toml") {
-      in_example = true;
-      rules[rule].examples.emplace_back();
-    } else if (line == "```") {
-      in_example = false;
-    } else if (in_example) {
-      rules[rule].examples.back() += line + "\n";
-    }
-  }
-  return rules;
-}
-
+// The board's own rules come last, without examples: `symrig lint --explain` refers to the protocol.
 TEST(LintRules, the_document_has_them_all_and_no_others) {
-  std::set<std::string> all;
-  const auto rules = documented(all);
-  for (const auto& [rule, text] : rules)
-    if (!text.examples.empty()) all.insert(rule);
   std::set<std::string> known;
+  bool own = false;
   for (const LintRule& rule : lint_rules()) {
     EXPECT_TRUE(known.insert(std::string(rule.name)).second) << rule.name << " stands there twice";
     EXPECT_FALSE(rule.about.empty());
+    own = own || rule.explanation.empty();
+    EXPECT_EQ(rule.explanation.empty(), own) << rule.name;
+    EXPECT_EQ(rule.breaks == rule.keeps, own) << rule.name;
+    EXPECT_EQ(rule.about.starts_with("board: "), own) << rule.name;
   }
-  EXPECT_EQ(all, known);
+  EXPECT_EQ(known.size(), 46U);
 }
 
 std::vector<std::string> rules_with_examples() {
-  std::set<std::string> ignored;
   std::vector<std::string> names;
-  for (const auto& [rule, text] : documented(ignored))
-    if (!text.examples.empty()) names.push_back(rule);
+  for (const LintRule& rule : lint_rules())
+    if (!rule.explanation.empty()) names.emplace_back(rule.name);
   return names;
 }
 
 class Rule : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Rule, is_broken_by_its_example_and_kept_by_the_other) {
-  std::set<std::string> ignored;
-  const RuleText rule = documented(ignored)[GetParam()];
-  ASSERT_EQ(rule.examples.size(), 2U);
-  const FileFinding finding = test::finding_of(test::compile(rule.examples[0]), GetParam());
+  const LintRule& rule = *std::ranges::find(lint_rules(), GetParam(), &LintRule::name);
+  const FileFinding finding = test::finding_of(test::compile(rule.example(rule.breaks)), GetParam());
   ASSERT_EQ(finding.rule, GetParam()) << "not found";
-  EXPECT_EQ(name(finding.severity), rule.severity);
+  EXPECT_EQ(finding.severity, rule.severity);
   EXPECT_GT(finding.place, 0);
   EXPECT_FALSE(finding.what.empty());
   EXPECT_FALSE(finding.alternative.empty());
-  const Compilation kept = test::compile(rule.examples[1]);
+  const Compilation kept = test::compile(rule.example(rule.keeps));
   EXPECT_EQ(test::finding_of(kept, GetParam()).rule, "");
   std::string errors;
   for (const FileFinding& each : kept.findings)

@@ -6,7 +6,7 @@
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/program/timeline.hpp"
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What program files become: the records, written down by hand.
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/protocol/program.hpp"
 #include "workshop.hpp"
 

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A screen whose pictures an emulated DLPC350 splits into bit planes.
 #include "assert_ok.hpp"
-#include "dlpc/emulated_dlpc350.hpp"
-#include "drm_bench.hpp"
-#include "projector/bit_planes.hpp"
-#include "projector/dlp/plane_projector.hpp"
-#include "projector/dlpc350/video_patterns.hpp"
-#include "projector_laws.hpp"
-#include "symrig/base/random.hpp"
+#include "dlpc/emulated_controller.hpp"
+#include "fake_kms.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/projector/internal/dlpc350.hpp"
+#include "symrig/projector/internal/planes.hpp"
+#include "symrig/testing/projector_laws.hpp"
 
 #include <cerrno>
 #include <numeric>

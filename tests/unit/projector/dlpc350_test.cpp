@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The protocol of a DLPC350 and its video-pattern mode, against an emulated controller.
+#include "symrig/projector/internal/dlpc350.hpp"
+
 #include "assert_ok.hpp"
-#include "dlpc/emulated_dlpc350.hpp"
-#include "dlpc/faulty_transport.hpp"
-#include "projector/dlpc350/look.hpp"
-#include "projector/dlpc350/video_patterns.hpp"
+#include "dlpc/emulated_controller.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // What can go wrong at a screen, each by itself: the error names the connector and the cause, and nothing is
 // left behind.
 #include "assert_ok.hpp"
-#include "drm_bench.hpp"
+#include "fake_kms.hpp"
 
 #include <cerrno>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "assert_ok.hpp"
-#include "drm_bench.hpp"
-#include "projector/drm/find_displays.hpp"
-#include "projector_laws.hpp"
+#include "fake_kms.hpp"
+#include "symrig/projector/internal/drm.hpp"
+#include "symrig/testing/projector_laws.hpp"
 
 namespace symrig::projector::drm::test::drm_projector_test {
 namespace {

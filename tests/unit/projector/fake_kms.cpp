@@ -113,42 +113,42 @@ void FakeKms::drop_master() {
   master_ = false;
 }
 
-Answer<Resources> FakeKms::resources() {
+KernelAnswer<Resources> FakeKms::resources() {
   if (card_->gone) return {ENODEV, {}};
-  Answer<Resources> answer;
+  KernelAnswer<Resources> answer;
   for (const auto& [id, crtc] : card_->crtcs) answer.value.crtcs.push_back(id);
   for (const auto& [id, connector] : card_->connectors) answer.value.connectors.push_back(id);
   return answer;
 }
 
-Answer<Connector> FakeKms::connector(std::uint32_t id, bool) {
+KernelAnswer<Connector> FakeKms::connector(std::uint32_t id, bool) {
   if (card_->gone) return {ENODEV, {}};
   return {0, card_->connectors.at(id)};
 }
 
-Answer<Crtc> FakeKms::crtc(std::uint32_t id) {
+KernelAnswer<Crtc> FakeKms::crtc(std::uint32_t id) {
   if (card_->gone) return {ENODEV, {}};
   return {0, card_->crtcs.at(id)};
 }
 
-Answer<std::vector<Plane>> FakeKms::planes() {
-  Answer<std::vector<Plane>> answer;
+KernelAnswer<std::vector<Plane>> FakeKms::planes() {
+  KernelAnswer<std::vector<Plane>> answer;
   for (const auto& [id, plane] : card_->planes) answer.value.push_back(plane);
   return answer;
 }
 
-Answer<std::vector<Property>> FakeKms::properties(std::uint32_t object, Kind) {
+KernelAnswer<std::vector<Property>> FakeKms::properties(std::uint32_t object, ObjectKind) {
   if (card_->gone) return {ENODEV, {}};
   return {0, card_->properties[object]};
 }
 
-Answer<std::vector<std::byte>> FakeKms::blob(std::uint32_t id) {
+KernelAnswer<std::vector<std::byte>> FakeKms::blob(std::uint32_t id) {
   const auto found = card_->blobs.find(id);
-  return found == card_->blobs.end() ? Answer<std::vector<std::byte>>{ENOENT, {}}
-                                     : Answer<std::vector<std::byte>>{0, found->second};
+  return found == card_->blobs.end() ? KernelAnswer<std::vector<std::byte>>{ENOENT, {}}
+                                     : KernelAnswer<std::vector<std::byte>>{0, found->second};
 }
 
-Answer<std::uint32_t> FakeKms::create_blob(std::span<const std::byte> bytes) {
+KernelAnswer<std::uint32_t> FakeKms::create_blob(std::span<const std::byte> bytes) {
   const std::uint32_t id = card_->next_id++;
   card_->blobs[id] = {bytes.begin(), bytes.end()};
   return {0, id};
@@ -158,7 +158,7 @@ void FakeKms::destroy_blob(std::uint32_t id) {
   card_->blobs.erase(id);
 }
 
-Answer<Buffer> FakeKms::create_buffer(Grid grid) {
+KernelAnswer<Buffer> FakeKms::create_buffer(Grid grid) {
   if (card_->live_buffers >= static_cast<int>(card_->memory)) return {ENOMEM, {}};
   ++card_->live_buffers;
   const std::uint32_t fb = card_->next_id++;
@@ -265,7 +265,7 @@ Errno FakeKms::disable_plane(std::uint32_t plane) {
   return 0;
 }
 
-Answer<Gamma> FakeKms::gamma(std::uint32_t crtc, int size) {
+KernelAnswer<Gamma> FakeKms::gamma(std::uint32_t crtc, int size) {
   const std::size_t count = size;
   const auto found = card_->gammas.find(crtc);
   const std::vector<std::uint16_t> zero(count);
@@ -282,7 +282,7 @@ Errno FakeKms::counts_refreshes(std::uint32_t) {
   return card_->counts ? 0 : EOPNOTSUPP;
 }
 
-Answer<FlipEvent> FakeKms::next_flip(Nanoseconds patience) {
+KernelAnswer<FlipEvent> FakeKms::next_flip(Nanoseconds patience) {
   if (card_->gone) return {ENODEV, {}};
   if (!pending_ || pending_->lost || pending_->event.stamp - card_->early > card_->time + patience) {
     card_->time = card_->time + patience;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/drm/kms.hpp"
+#include "symrig/projector/internal/drm_projector.hpp"
+#include "symrig/projector/internal/kms.hpp"
 
 #include <deque>
 #include <functional>
@@ -11,6 +12,8 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace symrig::projector::drm::test {
 
@@ -73,15 +76,15 @@ class FakeKms final : public Kms {
   bool is_master() override { return master_; }
   void drop_master() override;
   bool enable_atomic() override { return card_->has_atomic; }
-  Answer<Resources> resources() override;
-  Answer<Connector> connector(std::uint32_t id, bool probe) override;
-  Answer<Crtc> crtc(std::uint32_t id) override;
-  Answer<std::vector<Plane>> planes() override;
-  Answer<std::vector<Property>> properties(std::uint32_t object, Kind kind) override;
-  Answer<std::vector<std::byte>> blob(std::uint32_t id) override;
-  Answer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
+  KernelAnswer<Resources> resources() override;
+  KernelAnswer<Connector> connector(std::uint32_t id, bool probe) override;
+  KernelAnswer<Crtc> crtc(std::uint32_t id) override;
+  KernelAnswer<std::vector<Plane>> planes() override;
+  KernelAnswer<std::vector<Property>> properties(std::uint32_t object, ObjectKind kind) override;
+  KernelAnswer<std::vector<std::byte>> blob(std::uint32_t id) override;
+  KernelAnswer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
   void destroy_blob(std::uint32_t id) override;
-  Answer<Buffer> create_buffer(Grid grid) override;
+  KernelAnswer<Buffer> create_buffer(Grid grid) override;
   void destroy_buffer(const Buffer& buffer) override;
   Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) override;
   Errno set_crtc(const Crtc& crtc, std::span<const std::uint32_t> connectors) override;
@@ -89,10 +92,10 @@ class FakeKms final : public Kms {
   Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) override;
   Errno disable_plane(std::uint32_t plane) override;
   Errno hide_cursor(std::uint32_t) override { return 0; }
-  Answer<Gamma> gamma(std::uint32_t crtc, int size) override;
+  KernelAnswer<Gamma> gamma(std::uint32_t crtc, int size) override;
   Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) override;
   Errno counts_refreshes(std::uint32_t crtc) override;
-  Answer<FlipEvent> next_flip(Nanoseconds patience) override;
+  KernelAnswer<FlipEvent> next_flip(Nanoseconds patience) override;
   bool hotplugged(std::uint32_t connector) override;
   SteadyTime now() override { return card_->time; }
   void sleep_until(SteadyTime time) override { card_->time = std::max(card_->time, time); }
@@ -128,6 +131,47 @@ class FakeCards final : public Cards {
 
  private:
   std::vector<std::shared_ptr<FakeCard>> cards_;
+};
+
+/// A machine with one card and one display, and patterns for it.
+class DrmBench : public ::testing::Test {
+ protected:
+  Result<std::unique_ptr<DrmProjector>> open() { return DrmProjector::open(cards, options); }
+
+  /// Opens, loads `count` patterns and hands the projector over.
+  std::unique_ptr<DrmProjector> opened(std::size_t count = 5) {
+    auto projector = open();
+    if (!projector) {
+      ADD_FAILURE() << projector.error().line();
+      return nullptr;
+    }
+    const auto loaded = (*projector)->load(patterns((*projector)->grid(), count));
+    EXPECT_TRUE(loaded.ok()) << loaded.error().line();
+    return *std::move(projector);
+  }
+
+  /// Pattern k is grey k+1 of 255 everywhere but for one white pixel.
+  static std::vector<Pattern> patterns(Grid grid, std::size_t count) {
+    std::vector<Pattern> made;
+    for (std::size_t k = 0; k < count; ++k) {
+      made.emplace_back(grid, 1, static_cast<float>(k + 1) / 255.F);
+      made.back().values()[k] = 1;
+    }
+    return made;
+  }
+
+  /// What pattern k must look like on the screen.
+  std::vector<std::uint32_t> wanted(const DrmProjector& projector, std::size_t k) const {
+    const auto codes = to_codes(patterns(projector.grid(), k + 1)[k], projector.grid(), {}, k);
+    const auto picture = draw(*codes, options.placement, projector.screen());
+    std::vector<std::uint32_t> pixels;
+    for (const std::uint8_t code : picture.values()) pixels.push_back(0x010101U * code);
+    return pixels;
+  }
+
+  std::shared_ptr<FakeCard> card = std::make_shared<FakeCard>(FakeCard::with_one_display());
+  FakeCards cards{card};
+  DrmProjectorOptions options;
 };
 
 }  // namespace symrig::projector::drm::test

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/projector/folder_projector.hpp"
+#include "symrig/projector/internal/folder_projector.hpp"
 
 #include "assert_ok.hpp"
-#include "board/firmware_files/sha256.hpp"
 #include "full_disk.hpp"
-#include "projector_laws.hpp"
-#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/board/internal/sha256.hpp"
 #include "symrig/image/file.hpp"
+#include "symrig/testing/projector_laws.hpp"
 
 #include <cstdlib>
 #include <fstream>

@@ -2,6 +2,8 @@
 #include "symrig/protocol/frame.hpp"
 
 #include "random_program.hpp"
+#include "symrig/protocol/cobs.hpp"
+#include "symrig/protocol/crc32c.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -153,6 +155,93 @@ TEST(Frame, sequence_numbers_compare_round_the_circle) {
   EXPECT_FALSE(seq_before(5, 5));
   EXPECT_TRUE(seq_before(0, 0x7FFF));
   EXPECT_FALSE(seq_before(0, 0x8000));
+}
+
+Bytes encode(const Bytes& plain) {
+  Bytes out(cobs_bound(plain.size()));
+  out.resize(cobs_encode({plain.data(), plain.size()}, {out.data(), out.size()}));
+  return out;
+}
+
+/// The definition read backwards: each code byte leads code - 1 bytes, and stands for a zero after them
+/// unless it is 255 or nothing follows.
+Bytes decode(const Bytes& wire) {
+  Bytes plain;
+  for (std::size_t at = 0; at < wire.size();) {
+    const std::size_t code = wire[at];
+    plain.insert(plain.end(), wire.begin() + static_cast<std::ptrdiff_t>(at + 1),
+                 wire.begin() + static_cast<std::ptrdiff_t>(at + code));
+    at += code;
+    if (code < 255 && at < wire.size()) plain.push_back(0);
+  }
+  return plain;
+}
+
+/// Bytes of a length that reaches over the 254-byte blocks, with zeros rare, common or absent.
+Bytes interesting_bytes(std::uint64_t seed) {
+  test::Random random(seed);
+  const unsigned zeros = static_cast<unsigned>(random.range(0, 2)) * 30;
+  Bytes bytes(random.range(0, 600));
+  for (std::uint8_t& byte : bytes)
+    byte = random.chance(zeros) ? 0 : static_cast<std::uint8_t>(random.range(1, 255));
+  return bytes;
+}
+
+TEST(Cobs, round_trip_without_zeros_on_the_wire) {
+  EXPECT_TRUE(rc::check([](std::uint64_t seed) {
+    const Bytes plain = interesting_bytes(seed);
+    const Bytes wire = encode(plain);
+    RC_ASSERT(std::count(wire.begin(), wire.end(), 0) == 0);
+    RC_ASSERT(wire.size() <= cobs_bound(plain.size()));
+    RC_ASSERT(decode(wire) == plain);
+  }));
+}
+
+TEST(Cobs, every_length_around_the_block_size) {
+  for (std::size_t length = 0; length <= 520; ++length) {
+    const Bytes plain(length, 0xAB);
+    EXPECT_EQ(decode(encode(plain)), plain) << length;
+  }
+}
+
+TEST(Cobs, refuses_room_that_may_not_suffice) {
+  const Bytes plain(10, 1);
+  Bytes out(cobs_bound(plain.size()) - 1);
+  EXPECT_EQ(cobs_encode({plain.data(), plain.size()}, {out.data(), out.size()}), 0U);
+}
+
+/// Bit by bit, as the polynomial 0x1EDC6F41 is written down (reflected).
+std::uint32_t slow_crc32c(const std::vector<std::uint8_t>& bytes) {
+  std::uint32_t crc = 0xFFFFFFFF;
+  for (const std::uint8_t byte : bytes)
+    for (unsigned bit = 0; bit < 8; ++bit) {
+      const std::uint32_t feedback = (crc ^ (static_cast<std::uint32_t>(byte) >> bit)) & 1U;
+      crc = (crc >> 1U) ^ (feedback != 0 ? 0x82F63B78U : 0U);
+    }
+  return ~crc;
+}
+
+TEST(Crc32c, check_value) {
+  const std::vector<std::uint8_t> digits{'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+  EXPECT_EQ(crc32c({digits.data(), digits.size()}), 0xE3069283U);
+  EXPECT_EQ(crc32c({}), 0U);
+}
+
+TEST(Crc32c, agrees_with_the_bitwise_definition) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::uint8_t>& bytes) {
+    RC_ASSERT(crc32c({bytes.data(), bytes.size()}) == slow_crc32c(bytes));
+  }));
+}
+
+TEST(Crc32c, can_be_fed_in_parts) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+    std::vector<std::uint8_t> both = a;
+    both.insert(both.end(), b.begin(), b.end());
+    Crc32c crc;
+    crc.add({a.data(), a.size()});
+    crc.add({b.data(), b.size()});
+    RC_ASSERT(crc.value() == crc32c({both.data(), both.size()}));
+  }));
 }
 
 }  // namespace

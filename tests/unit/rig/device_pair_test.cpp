@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Cameras and projectors behind sockets: the rig's own machinery does not notice.
-#include "symrig/rig/device_pair.hpp"
-
 #include "assert_ok.hpp"
-#include "other_camera.hpp"
+#include "faulty_devices.hpp"
 #include "scratch.hpp"
+#include "symrig/rig/pair_link.hpp"
 #include "symrig/rig/pairs.hpp"
 #include "symrig/sim/simulated_pairs.hpp"
 #include "symrig/sim/virtual_rig.hpp"

@@ -4,7 +4,7 @@
 
 #include "assert_ok.hpp"
 #include "scratch.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/testing/probe_laws.hpp"
 
 #include <chrono>

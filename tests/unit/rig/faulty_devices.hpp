@@ -1,19 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
+// Devices that misbehave, and how a test knows that a photograph of a virtual rig is of the right pattern.
 #pragma once
 
-#include "other_camera.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+#include "symrig/testing/probe_laws.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace symrig::test {
+
+/// A camera between a rig and another camera, which it borrows.
+class OtherCamera : public Camera {
+ public:
+  explicit OtherCamera(Camera& inner) : inner_(inner) {}
+  Grid grid() const override { return inner_.grid(); }
+  int channels() const override { return inner_.channels(); }
+  CameraTiming timing() const override { return inner_.timing(); }
+  const NoiseModel& noise() const override { return inner_.noise(); }
+  const Image<std::uint8_t>* dead() const override { return inner_.dead(); }
+  std::string describe() const override { return inner_.describe(); }
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
+    return inner_.take(count, patience);
+  }
+
+ private:
+  Camera& inner_;
+};
 
 /// What a camera does wrong: probabilities a frame, and an unplugged cable.
 struct CameraMischief {
@@ -182,5 +204,29 @@ class FaultyProjector final : public Projector {
   std::shared_ptr<ProjectorMischief> mischief_;
   bool loaded_ = false;
 };
+
+/// Patterns, each with half of the pixels lit. Half the pixels of each are others than of any other, so that
+/// a photograph of the wrong one shows.
+inline std::vector<Pattern> distinct_patterns(Grid grid, int count, std::uint64_t first_seed) {
+  std::vector<Pattern> patterns;
+  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i)
+    patterns.push_back(probe_laws::law_pattern(grid, first_seed + i));
+  return patterns;
+}
+
+/// Mean over n pixels of (photograph - T p)² / Var: 1 ± √(2/n) for the right pattern. In a wrong one half the
+/// pixels lie hundreds of sigmas away.
+inline double misfit(const VirtualRig& rig, const Pattern& pattern, const Radiance& photograph) {
+  const Image<float> truth = rig.truth().apply(pattern);
+  double sum = 0;
+  std::int64_t count = 0;
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    if (photograph.valid.values()[i] == 0) continue;
+    const double off = photograph.mean.values()[i] - truth.values()[i];
+    sum += off * off / photograph.variance.values()[i];
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : INFINITY;
+}
 
 }  // namespace symrig::test

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole rigs in virtual time whose devices misbehave: real firmware, real scenes, real noise.
 #include "faulty_devices.hpp"
-#include "misfit.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/board/link.hpp"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pairs behind sockets: the photographs, the secret, and hosts and pairs that misbehave.
-#include "symrig/rig/pair_server.hpp"
-
 #include "assert_ok.hpp"
-#include "board/links/links.hpp"
-#include "rig/pairs/pair_proof.hpp"
+#include "rig/pairs/pair_words.hpp"
 #include "scratch.hpp"
+#include "symrig/board/internal/links.hpp"
+#include "symrig/rig/pair_link.hpp"
 #include "symrig/sim/simulated_pairs.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/testing/probe_laws.hpp"
@@ -322,7 +321,7 @@ TEST(PairServer, hostile_bytes_get_one_line_and_harm_nobody) {
   EXPECT_TRUE(PairLink::open(address_of("unix:" + path)).ok()) << "it goes on";
 }
 
-/// Strangers who send a byte of a greeting now and then, and come again when they are sent away.
+/// Strangers who send a byte of a greeting now and then, and connect again after each refusal.
 class Strangers {
  public:
   Strangers(const std::string& path, int count) {

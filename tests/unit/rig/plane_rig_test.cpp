@@ -3,10 +3,9 @@
 // into planes, real noise, and triggers, cameras and controllers that misbehave.
 #include "assert_ok.hpp"
 #include "faulty_devices.hpp"
-#include "misfit.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/board/ticks.hpp"
+#include "symrig/board/board_info.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/testing/probe_laws.hpp"

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/rig/rig_file.hpp"
+
 #include "scratch.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
-#include "symrig/rig/open_rig.hpp"
-#include "symrig/rig/rig_description.hpp"
 
 #include <cmath>
 #include <filesystem>

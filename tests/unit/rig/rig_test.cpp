@@ -2,13 +2,12 @@
 #include "symrig/rig/rig.hpp"
 
 #include "rig/exposure_choice.hpp"
-#include "sim/simulated_camera.hpp"
-#include "sim/simulated_projector.hpp"
+#include "sim/simulated_devices.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/program/bracket.hpp"
-#include "unit/camera/camera_laws.hpp"
-#include "unit/projector/projector_laws.hpp"
+#include "symrig/program/compile.hpp"
+#include "symrig/testing/camera_laws.hpp"
+#include "symrig/testing/projector_laws.hpp"
 
 #include <algorithm>
 #include <cmath>

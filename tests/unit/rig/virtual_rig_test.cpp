@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/virtual_rig.hpp"
 
-#include "sim/camera_optics.hpp"
+#include "sim/image_formation.hpp"
 #include "symrig/testing/probe_laws.hpp"
 
 #include <algorithm>

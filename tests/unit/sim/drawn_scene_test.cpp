@@ -5,7 +5,7 @@
 #include "sim/drawn/interreflection.hpp"
 #include "sim/drawn/recipe.hpp"
 #include "sim/drawn/survey.hpp"
-#include "sim/hash.hpp"
+#include "sim/light/random.hpp"
 #include "unit/sim/dense.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 
 using namespace drawn;
 
-constexpr int kSeeds = 60;  // docs/random-scenes.md lists them
+constexpr int kSeeds = 60;  // docs/research/random-scenes.md lists them
 
 std::string uri(int seed, const std::string& size, const std::string& keys = "") {
   return fmt::format("sim:random?seed={}&size={}{}", seed, size, keys);

@@ -2,9 +2,9 @@
 // Tensors of several parts: in memory, and left in their file.
 #include "tensor/leaf_parts.hpp"
 
-#include "symrig/base/random.hpp"
-#include "symrig/tensor/adjoint.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/file.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>
 #include <cstdlib>

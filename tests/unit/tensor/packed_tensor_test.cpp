@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A finished tensor against the floats it was built from: TensorBuilder::current() applies these one by one.
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 // Tensors with every kind of leaf, and the matrix they stand for.
 #pragma once
 
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <algorithm>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/tensor/view_relight.hpp"
-
+#include "symrig/tensor/transport_operator.hpp"
 #include "unit/tensor/random_tensor.hpp"
 
 #include <algorithm>

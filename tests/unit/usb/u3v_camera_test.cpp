@@ -3,7 +3,7 @@
 // Wireshark read. With it, tests on a kernel show that Aravis agrees.
 #include "u3v/u3v_camera.hpp"
 
-#include "gige/numbered_scene.hpp"
+#include "gige/gige_camera.hpp"
 
 #include <gtest/gtest.h>
 

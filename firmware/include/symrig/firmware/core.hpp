@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/firmware/beacon.hpp"
-#include "symrig/firmware/event_queue.hpp"
 #include "symrig/firmware/guard.hpp"
 #include "symrig/firmware/link.hpp"
 #include "symrig/firmware/program_store.hpp"

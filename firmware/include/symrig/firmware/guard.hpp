@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/capture.hpp"
+#include "symrig/hal/edge_engine.hpp"
 #include "symrig/protocol/line_config.hpp"
-#include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/program.hpp"
 
 namespace symrig::firmware {
 

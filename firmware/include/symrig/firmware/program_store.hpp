@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/protocol/check_program.hpp"
-#include "symrig/protocol/data_chunk.hpp"
+#include "symrig/protocol/messages.hpp"
 
 namespace symrig::firmware {
 

@@ -3,7 +3,6 @@
 
 #include "symrig/hal/edge_engine.hpp"
 #include "symrig/protocol/program.hpp"
-#include "symrig/protocol/program_rules.hpp"
 
 namespace symrig::firmware {
 
@@ -31,7 +30,8 @@ struct QueuedMark {
 };
 
 /// Room for marks between their expansion and their tick, supplied by the board. It needs at least as many
-/// places as the engine's queue. Otherwise marks would prevent the refill of the queue (protocol/refill.hpp).
+/// places as the engine's queue. Otherwise marks would prevent the refill of the queue
+/// (protocol/program_timing.hpp).
 struct MarkRoom {
   QueuedMark* slots = nullptr;
   uint32_t count = 0;
@@ -63,7 +63,7 @@ class Sequencer {
   uint32_t waited_at() const { return waited_at_; }
   const RunTally& tally() const { return tally_; }
   /// The number of records expanded since the last call; a wait counts as many as the queue can hold for one
-  /// (protocol/refill.hpp).
+  /// (protocol/program_timing.hpp).
   uint32_t take_expanded() {
     const uint32_t count = expanded_;
     expanded_ = 0;

@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/byte_link.hpp"
-#include "symrig/hal/capture.hpp"
 #include "symrig/hal/clock.hpp"
 #include "symrig/hal/edge_engine.hpp"
-#include "symrig/hal/fault_store.hpp"
-#include "symrig/hal/indicator.hpp"
-#include "symrig/hal/settings.hpp"
-#include "symrig/hal/system.hpp"
-#include "symrig/hal/watchdog.hpp"
+#include "symrig/hal/peripherals.hpp"
 
 namespace symrig::hal {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/types.hpp"
+#include "symrig/hal/clock.hpp"
 
 namespace symrig::hal {
 
@@ -86,12 +86,39 @@ class EdgeEngine {
 
 /// The largest number of pushed waits that pop_wait() has not removed yet. A board with little memory keeps
 /// fewer: its build defines SYMRIG_MAX_WAITS, at least queue_segments + 2. Then its queue is full before this
-/// bound is reached, and the proof of the refill (protocol/refill.hpp) holds unchanged.
+/// bound is reached, and the proof of the refill (protocol/program_timing.hpp) holds unchanged.
 #ifdef SYMRIG_MAX_WAITS
 constexpr uint32_t kMaxWaits = SYMRIG_MAX_WAITS;
 #else
 constexpr uint32_t kMaxWaits = 128;
 #endif
 static_assert((kMaxWaits & (kMaxWaits - 1)) == 0, "stretches are numbered modulo 2^32");
+
+/// A change of a pin's level, stamped by hardware.
+struct CapturedEdge {
+  Tick tick = 0;
+  uint8_t line = 0;
+  bool level = false;
+};
+
+/// Reads the pins, outputs and inputs, independently of who drives them.
+class Capture {
+ public:
+  /// The present levels of all lines, bit k = line k.
+  virtual uint32_t levels() const = 0;
+  /// Removes the oldest edge. false: there is none. Edges are in order of time.
+  virtual bool pop(CapturedEdge& edge) = 0;
+  /// True if edges were lost because they came faster than they were read. Clears this.
+  virtual bool take_overflow() = 0;
+  /// Inputs whose edges the board has stopped to take since the last call, because they came so fast that
+  /// nothing else could run; bit k = line k. The board takes them again by itself.
+  virtual uint32_t take_chatter() { return 0; }
+  /// Sets the lines whose edges are needed (before: all). Edges of other lines may be omitted. On a board
+  /// where each edge costs an interrupt, they would delay the needed ones.
+  virtual void watch(uint32_t /*lines*/) {}
+
+ protected:
+  ~Capture() = default;
+};
 
 }  // namespace symrig::hal

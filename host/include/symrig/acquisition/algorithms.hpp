@@ -52,7 +52,7 @@ struct Economy {
   /// and the remaining error of its direct light would hide what comes from elsewhere.
   bool look_in_the_dark = false;
   /// Leaf images that are mostly noise are shrunk towards what can be seen of them
-  /// (acquisition/search/shrink.hpp).
+  /// (acquisition/search/placement.hpp).
   bool shrink_noise = false;
   /// Holds out six photographs whose patterns are independent of blocks. They estimate the errors. They end
   /// the search of a scene that is all direct light. They find leaves that are wrong although their own

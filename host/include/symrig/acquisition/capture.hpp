@@ -4,15 +4,12 @@
 #include "symrig/acquisition/algorithms.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/acquisition/gain_mismatch.hpp"
-#include "symrig/acquisition/noise_check.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/work.hpp"
+#include "symrig/tensor/block_tree.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/split.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
@@ -43,7 +40,7 @@ struct CaptureSnapshot {
 };
 
 /// What a capture is expected to take, before the first pattern of its search. In nearly nine of ten captures
-/// the time was right within a factor of 1.5 (docs/benchmarks/error-per-second.md).
+/// the time was right within a factor of 1.5 (docs/research/error-per-second.md).
 struct CaptureForecast {
   std::int64_t patterns = 0;  ///< photographs of the whole capture, the flood-lit and held-out ones included
   double rig_seconds = 0;     ///< of the whole capture, on the rig's clock

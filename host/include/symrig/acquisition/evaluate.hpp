@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
@@ -15,19 +16,6 @@ namespace symrig {
 /// Truth to be measured against: photograph = T · pattern, signed patterns allowed. [projector grid, 1
 /// channel] → [camera grid, channels].
 using TrueTransport = std::function<Result<Image<float>>(const Image<float>& pattern)>;
-
-/// The errors of `symrig evaluate` (docs/command-line.md), each relative: ‖estimate − truth‖ / ‖truth‖ over
-/// all channels.
-struct TransportErrors {
-  double frobenius =
-      0;  ///< (T̃−T)Z over Rademacher Z: an unbiased estimate of the relative Frobenius error (in squares)
-  double indirect = 0;         ///< lit cells A, observed cells not-A: transport without the direct light
-  double flood = 0;            ///< all projector pixels on
-  double relight_bar = 0;      ///< a vertical bar, an eighth of the width
-  double relight_random = 0;   ///< random binary pattern
-  double relight_natural = 0;  ///< a smooth textured picture
-  double bar_indirect = 0;     ///< the bar, seen only outside it [Garg06 Fig. 8]
-};
 
 struct EvaluateOptions {
   int probes = 12;  ///< random vectors for frobenius and indirect
@@ -51,5 +39,13 @@ Result<TransportErrors> evaluate(const TransportOperator& tensor, Probe& probe,
 Image<float> bar_pattern(Grid grid);
 Image<float> natural_pattern(Grid grid, unsigned seed);
 Image<float> random_pattern(Grid grid, unsigned seed);
+
+/// The same errors as evaluate(), each with half of its interval; 0 where an error is exact. The interval
+/// comes from a delete-one jackknife over the random vectors (frobenius, indirect). On a rig it comes from
+/// the photographs' noise (all errors). fails: as evaluate().
+Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, const TrueTransport& truth,
+                                     const EvaluateOptions& options = {});
+Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, Probe& probe,
+                                     const EvaluateOptions& options = {}, const Progress& progress = {});
 
 }  // namespace symrig

@@ -2,10 +2,9 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/hdr/expectation.hpp"
+#include "symrig/hdr/bracket_plan.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/radiance.hpp"
-#include "symrig/image/view_layout.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -49,7 +48,7 @@ class Probe {
   /// channels() channels. The noise of each photograph has the variance that it states. It is independent of
   /// that of other photographs and of other pixels. So black frames or lamp readings that several photographs
   /// share must be far more precise. Errors, rank tests and weights rely on it; noise that all photographs
-  /// share is taken for light. A capture reports gross cases (noise_check.hpp).
+  /// share is taken for light. A capture reports gross cases (NoiseCheck).
   /// fails: size_mismatch, bad_value, device errors. On failure no photograph is returned.
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
 
@@ -104,5 +103,41 @@ Result<void> check_aligned(const Probe& probe);
 /// others before it shows the first one.
 /// fails: size_mismatch, bad_value.
 Result<void> check_patterns(const Probe& probe, std::span<const Pattern> patterns);
+
+/// A probe in front of another one: it asks that one everything. Derive from it to look at the photographs.
+class ForwardingProbe : public Probe {
+ public:
+  /// inner must outlive this.
+  explicit ForwardingProbe(Probe& inner) : inner_(inner) {}
+
+  Grid grid() const override { return inner_.grid(); }
+  Grid camera_grid() const override { return inner_.camera_grid(); }
+  ViewLayout views() const override { return inner_.views(); }
+  int channels() const override { return inner_.channels(); }
+  double residual_shift() const override { return inner_.residual_shift(); }
+  bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
+  std::size_t together() const override { return inner_.together(); }
+  bool computes() const override { return inner_.computes(); }
+  void tell(const TakenSome& taken) override { inner_.tell(taken); }
+  ProbeCost cost() const override { return inner_.cost(); }
+  Result<void> continue_after(const ProbeCost& spent) override { return inner_.continue_after(spent); }
+  std::string describe() const override { return inner_.describe(); }
+  std::string identity() const override { return inner_.identity(); }
+
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return seen(patterns, inner_.measure(patterns));
+  }
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override {
+    return seen(patterns, inner_.measure_expected(patterns, expected));
+  }
+
+ private:
+  /// The answer of the inner probe, to be looked at and passed on.
+  virtual Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
+                                             Result<std::vector<Radiance>> photographs) = 0;
+
+  Probe& inner_;
+};
 
 }  // namespace symrig

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/image/radiance.hpp"
-#include "symrig/image/view_layout.hpp"
-#include "symrig/tensor/split.hpp"
+#include "symrig/image/grid.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/tensor/block_tree.hpp"
 
 #include <optional>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/paged_memory.hpp"
+#include "symrig/base/memory.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -2,12 +2,11 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/clock_model.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/program.hpp"
-#include "symrig/board/receipt.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/units.hpp"
-#include "symrig/board/ticks.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/time.hpp"
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +12,39 @@
 #include <vector>
 
 namespace symrig {
+
+/// A point or span on the board's clock. A type of its own: only a TickRate converts it to Nanoseconds
+/// (host).
+struct Ticks {
+  std::uint64_t count = 0;
+
+  constexpr auto operator<=>(const Ticks&) const = default;  // NOLINT(modernize-use-nullptr): not a pointer
+  constexpr Ticks operator+(Ticks other) const { return {count + other.count}; }
+  constexpr Ticks operator-(Ticks other) const { return {count - other.count}; }
+};
+
+/// Ticks per second of one board's clock.
+struct TickRate {
+  std::uint64_t hz = 125'000'000;
+
+  constexpr bool operator==(const TickRate&) const = default;
+
+  /// Nearest tick, halves up. Exact for durations up to 290 years at any rate below 2^63 Hz; t >= 0.
+  constexpr Ticks ticks(Nanoseconds t) const {
+    const auto whole = static_cast<std::uint64_t>(t.count()) / kNano;
+    const auto rest = static_cast<std::uint64_t>(t.count()) % kNano;
+    return {whole * hz + (rest * hz + kNano / 2) / kNano};
+  }
+  /// Nearest nanosecond, halves up.
+  constexpr Nanoseconds nanoseconds(Ticks t) const {
+    const std::uint64_t whole = t.count / hz;
+    const std::uint64_t rest = t.count % hz;
+    return Nanoseconds(static_cast<std::int64_t>(whole * kNano + (rest * kNano + hz / 2) / hz));
+  }
+
+ private:
+  static constexpr std::uint64_t kNano = 1'000'000'000;
+};
 
 /// A GPIO line as the board names it. Its index in BoardInfo::lines is its number on the wire.
 struct LineInfo {
@@ -75,5 +109,12 @@ struct LineConfig {
   std::optional<bool> trip_level = std::nullopt;
   double max_duty = 1;  ///< on / (on + the off that follows), each pulse, in (0, 1], steps of 1/1000
 };
+
+/// The properties of a board that programs depend on, as JSON: to compile and lint without the board.
+std::string board_file_text(const BoardInfo& board);
+
+/// The inverse of board_file_text(). Also accepts the output of `symrig info --json`, a receipt, and the
+/// manifest of a board's firmware. fails: bad_format.
+Result<BoardInfo> parse_board_file(std::string_view text);
 
 }  // namespace symrig

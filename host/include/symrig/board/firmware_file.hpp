@@ -23,7 +23,7 @@ struct FlashImage {
 /// twice, within 16 MiB. fails: bad_format (the message names the block and its error).
 Result<FlashImage> parse_uf2(std::span<const std::uint8_t> file);
 
-/// The record inside a firmware image that identifies the firmware (boards/pico/README.md).
+/// The record inside a firmware image that identifies the firmware (docs/board-pico-debug.md).
 struct FirmwareManifest {
   std::string board;                ///< "pico", as BoardInfo::board
   std::string version;              ///< "0.1.0", as BoardInfo::firmware_version
@@ -45,5 +45,18 @@ Result<FirmwareFile> read_firmware(const std::filesystem::path& uf2);
 
 /// Checks that the firmware is for that board. fails: bad_value (the message names both).
 Result<void> check_firmware_fits(const FirmwareManifest& manifest, std::string_view board);
+
+/// Checks that this folder is the drive of an RP2040's boot loader: it contains INFO_UF2.TXT with the board
+/// id RPI-RP2. fails: not_found (no such folder, or not mounted), bad_format (another drive, another
+/// processor).
+Result<void> check_boot_drive(const std::filesystem::path& folder);
+
+/// All mounted drives of boot loaders. mounts: the kernel's list.
+std::vector<std::filesystem::path> boot_drives(const std::filesystem::path& mounts = "/proc/mounts");
+
+/// Copies a firmware file to a boot loader's drive and syncs it. The boot loader restarts when it has the
+/// last byte, so the drive may disappear before the sync returns. Therefore only a failed write is an error.
+/// Connect to the board to learn whether the update worked. fails: io, not_found, as check_boot_drive.
+Result<void> copy_to_boot_drive(const std::filesystem::path& uf2, const std::filesystem::path& drive);
 
 }  // namespace symrig

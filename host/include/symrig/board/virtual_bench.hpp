@@ -2,8 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/link.hpp"
 
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/calibration/map_shape.hpp"
+#include "symrig/calibration/camera_map.hpp"
 
 #include <array>
 #include <cstdint>

@@ -3,8 +3,8 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/image/outline.hpp"
-#include "symrig/image/radiance.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -65,7 +65,7 @@ class RegisteredProbe final : public Probe {
   /// registration.
   Result<void> check_motion();
   /// [cells] Direct light then crosses the borders of cells, which adds up to a tenth to an error
-  /// (docs/benchmarks/registration.md, A rig that has moved).
+  /// (docs/research/registration.md, A rig that has moved).
   static constexpr double kMostMotion = 0.005;
 
  private:

@@ -3,19 +3,60 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
 #include "symrig/calibration/camera_map.hpp"
+#include "symrig/calibration/camera_optics.hpp"
 #include "symrig/calibration/cell_weights.hpp"
-#include "symrig/calibration/gain_ratio.hpp"
-#include "symrig/calibration/ghost.hpp"
-#include "symrig/calibration/map_shape.hpp"
-#include "symrig/calibration/motion_watch.hpp"
-#include "symrig/calibration/optics_blur.hpp"
+#include "symrig/camera/frame_format.hpp"
+#include "symrig/image/grid.hpp"
+#include "symrig/image/outline.hpp"
 
+#include <array>
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig {
+
+/// How far the camera's picture of the cells is from where it was.
+struct Motion {
+  double row = 0, col = 0;  ///< [cells]
+  double sigma = 0;         ///< standard deviation of each, by the photographs' noise [cells]
+  double brightness = 1;    ///< lamp and exposure, relative to then
+
+  double distance() const;
+};
+
+/// Notices that a registered rig has moved. It compares photographs of two stripe patterns with those of the
+/// registration: a picture that moved by d changed by d · ∇ of the picture. Edges of stripes are sharper than
+/// the camera's pixels, so the distance is right within a third; 0 is exact.
+class MotionWatch {
+ public:
+  /// Stripes two cells wide, then the same across.
+  static std::array<Pattern, 2> patterns(Grid cells);
+
+  /// before: means of the photographs of both patterns, one after the other: 2 · channels planes.
+  /// step: CameraMap::step(). mosaic: the camera's colour filters. Pixels of one colour are two pixels apart.
+  MotionWatch(Grid cells, Image<float> before, std::array<Point, 2> step, Mosaic mosaic = Mosaic::none)
+      : cells_(cells), before_(std::move(before)), step_(step), mosaic_(mosaic) {}
+
+  /// Takes two photographs.
+  /// fails: as the rig; size_mismatch; bad_value (the pictures have no edges).
+  Result<Motion> measure(Probe& rig) const;
+  /// now: photographs of patterns().
+  /// fails: as measure(), without the rig.
+  Result<Motion> compare(std::span<const Radiance> now) const;
+  Mosaic mosaic() const { return mosaic_; }
+
+ private:
+  Grid cells_;
+  Image<float> before_;
+  std::array<Point, 2> step_;
+  Mosaic mosaic_;
+};
 
 /// What reciprocity found in the map of a blurred rig, rms along an axis [cells].
 struct ReciprocalShift {
@@ -79,7 +120,7 @@ struct RegistrationOptions {
   /// lies wholly inside it, however the camera is turned.
   double least_pixels = 2.2;
   /// [cells] Wider edges are refused. The finest stripes are two cells wide: then they run into each other,
-  /// and the map is wrong by more than it states (docs/benchmarks/registration.md, Blur).
+  /// and the map is wrong by more than it states (docs/research/registration.md, Blur).
   double widest_edge = 1.3;
   /// Correct the map of a blurred rig by reciprocity.
   bool refine = true;
@@ -102,11 +143,33 @@ struct RegistrationOptions {
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 /// [cells] From the nearest to the farthest part. At twice the parallax of the scenes that lose nothing,
-/// light from far cells errs twice as much (docs/benchmarks/registration.md, Parallax).
+/// light from far cells errs twice as much (docs/research/registration.md, Parallax).
 inline constexpr double kMostParallax = 1;
 
 /// Whether an algorithm may take T to be symmetric.
 /// fails: bad_value (camera and projector look from two places: Parallax::range above kMostParallax).
 Result<void> require_coaxial(const Parallax& parallax);
+
+/// The relative error of `indirect` that a capture with a registration will have, apart from its tolerance.
+struct ExpectedIndirect {
+  double surfaces = 0;    ///< of opaque, matt scenes: within a factor of 2
+  double scattering = 0;  ///< of translucent scenes and mirrors: at most about this
+};
+
+/// What pixels on the borders of cells cannot tell, by the number p of camera pixels along the side of a
+/// cell: 0.22 / p on surfaces, where the error is that of cells next to lit ones; 1.1 / p² where light
+/// spreads inside a cell. nullopt: the pixels do not keep clear of borders (Weighting::cores), so the cells
+/// of a coaxial rig with the same blur err as much; or there are several views, which err more. source:
+/// measured on simulated benches of 2.25 to 6 pixels (docs/research/registration.md, Camera pixels along
+/// the side of a cell).
+std::optional<ExpectedIndirect> expected_indirect(const Registration& registration, ViewLayout views);
+
+/// Writes registration.h5 (HDF5, docs/registration-file.md) atomically.
+/// fails: io, not_found.
+Result<void> save_registration(const std::filesystem::path& path, const Registration& registration);
+
+/// Reads registration.h5. Checks version, sizes and every number before it uses them.
+/// fails: not_found, io, bad_format, bad_value.
+Result<Registration> load_registration(const std::filesystem::path& path);
 
 }  // namespace symrig

@@ -3,14 +3,16 @@
 
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/response.hpp"
-#include "symrig/hdr/scene_sensor.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/image/image.hpp"
 
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -74,5 +76,75 @@ Result<MeasuredSensor> examine_scene(SceneTransfer& transfer);
 /// other. fails: as read_sensor_folder, examine_sensor and SceneTransfer.
 Result<MeasuredSensor> measure_sensor_folder(const std::filesystem::path& folder,
                                              const Progress& progress = {});
+
+/// Writes the frames of a sensor's measurement to a folder, with the capture.toml that measures the same
+/// again (measure_sensor_folder). That file comes last, so a record that was stopped is none.
+class SensorRecord {
+ public:
+  /// Its first level makes the folder, if only it is missing.
+  /// fails: bad_argument (the folder has a capture.toml, which may describe other photographs).
+  static Result<SensorRecord> make(std::filesystem::path folder, Grid grid, int bits);
+
+  /// As SceneTransfer::begin() and add(). fails: io, and as write_file_atomically().
+  Result<void> begin(const SceneLevel& level);
+  Result<void> add(std::span<const std::uint16_t> first, std::span<const std::uint16_t> second);
+  Result<void> finish();
+
+ private:
+  SensorRecord(std::filesystem::path folder, std::string head)
+      : folder_(std::move(folder)), text_(std::move(head)) {}
+  Result<void> add(std::span<const std::uint16_t> codes);
+  void end_level();
+
+  std::filesystem::path folder_;
+  std::string text_;   // of capture.toml
+  std::string files_;  // of the level
+  std::string name_;   // "lit3"
+  int levels_ = 0, frames_ = 0;
+};
+
+/// What is known of the camera of a bracket; nothing: the folder's frames tell.
+struct KnownCamera {
+  std::optional<Sensor> sensor;
+  std::optional<ResponseCurve> response;
+  double response_doubt = 0;  ///< of a recovered curve: SensorFindings
+};
+
+/// Photographs to merge, and what is known of their camera.
+struct BracketFolder {
+  SensorPhotographs photographs;
+  KnownCamera camera;
+};
+
+/// Reads a folder for merge_bracket. Of frames that a rig took of a scene (light = "scene"), the lit ones are
+/// the bracket, and all of them measure the camera, unless `camera` says what it is.
+/// fails: as read_sensor_folder; of a scene as measure_sensor_folder.
+Result<BracketFolder> read_bracket_folder(const std::filesystem::path& folder, KnownCamera camera,
+                                          const Progress& progress = {});
+
+struct BracketOptions {
+  /// Merges photographs that contradict their exposures or each other, too. The result may be wrong.
+  bool unchecked = false;
+};
+
+/// A bracket of photographs as radiance.
+struct MergedBracket {
+  Radiance radiance;
+  const char* units = "";  ///< of radiance
+  SensorFindings camera;   ///< what it was merged with
+  std::vector<ExposureRatio> ratios;
+  std::vector<std::string> warnings;  ///< what contradicts what, a sentence each
+};
+
+/// Merges `bracket`. A linear camera, by `known` or by the folder's dark and flat frames: merge weights of
+/// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
+/// (merge_by_response). Stated exposures are compared with those that pixels see.
+/// Ratios that are wrong by a tenth altogether, and bands, are refused; less is a warning. Pixels that have
+/// another light in two exposures, and those near them, are not valid, with a warning; many are refused.
+/// A sensor that clips before it says so is merged as it clips, with a warning.
+/// fails: bad_value (fewer than two exposures; a longer one that is not brighter; exposures that contradict
+/// each other; no light at all; a sensor or curve of other bits), as examine_sensor and the merges.
+Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known,
+                                    const BracketOptions& options = {});
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/camera/pixel_format.hpp"
+#include "symrig/camera/frame_format.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <cstdint>
@@ -96,5 +96,8 @@ Result<std::string> choose_camera(camera::VideoSystem& system, std::string_view 
 /// fails: as choose_camera(), device_refused (no permission, not a camera).
 Result<CameraInfo> look_at_camera(camera::VideoSystem& system, std::string_view wanted);
 Result<CameraInfo> look_at_camera(std::string_view wanted);
+
+/// How the paths of cameras are written, a form for each driver: "/dev/videoN, genicam:ADDRESS".
+std::string camera_path_forms();
 
 }  // namespace symrig

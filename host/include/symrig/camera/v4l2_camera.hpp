@@ -3,10 +3,7 @@
 
 #include "symrig/camera/camera.hpp"
 #include "symrig/camera/camera_info.hpp"
-#include "symrig/camera/mosaic.hpp"
-#include "symrig/camera/pixel_format.hpp"
-#include "symrig/camera/region.hpp"
-#include "symrig/camera/stream_report.hpp"
+#include "symrig/camera/frame_format.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/board/jumper.hpp"
 #include "symrig/board/link.hpp"
 
 #include <cstddef>

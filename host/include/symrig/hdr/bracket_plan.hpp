@@ -2,13 +2,61 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
-#include "symrig/hdr/expectation.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/hdr/noise_model.hpp"
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 namespace symrig {
+
+/// The number of pixels (in all channels) with about the same radiance.
+struct ExpectedLight {
+  double radiance = 0;
+  double pixels = 0;
+};
+
+/// A part of the pixels of a photograph, such as the lit ones, and its wanted noise.
+struct ExpectedPart {
+  std::vector<ExpectedLight> lights;
+  /// The wanted mean square noise of these pixels [radiance²]. Errors of a transport are norms, so the sum of
+  /// squares counts, not the worst pixel.
+  double noise = 0;
+};
+
+/// The expected light of a photograph and its wanted noise. A rig uses it to choose the exposures. Radiance
+/// per unit of projector light.
+struct Expectation {
+  /// None: the first look at the flood-lit scene. Nothing but the rig's own metering foresees it.
+  std::vector<ExpectedPart> parts;
+  /// The longest allowed sum of the exposures of this photograph [s]. It has priority over the wanted noise.
+  double longest_seconds = 10;
+  /// Steps by which a budget of seconds has raised the wanted noise. A log keeps them: a capture with another
+  /// budget wants another photograph of the same pattern.
+  std::int32_t coarser_steps = 0;
+};
+
+/// A histogram of radiances, four bins an octave from 2⁻⁶⁰ to 2²⁰; darker values count as 0.
+class LightHistogram {
+ public:
+  LightHistogram() : counts_(kBins) {}
+
+  void add(float radiance) { counts_[bin_of(radiance)] += 1; }
+  void add(float radiance, double pixels) { counts_[bin_of(radiance)] += pixels; }
+  void add(const LightHistogram& other);
+  double pixels() const;
+  double mean_square() const;
+  /// The bins with pixels. A bin's radiance is its upper end.
+  std::vector<ExpectedLight> lights() const;
+
+ private:
+  static constexpr std::size_t kBins = 4 * 80 + 1;
+  static std::size_t bin_of(float radiance);
+  static double upper_end(std::size_t bin);
+
+  std::vector<double> counts_;
+};
 
 /// The limits of the devices and the cost of a frame.
 struct ExposureRules {
@@ -48,5 +96,23 @@ double exposure_information(const NoiseModel& noise, double rate, double seconds
 /// exposure meets, a noise model that is not valid).
 Result<BracketPlan> plan_bracket(const Expectation& expected, const LightPath& path, const NoiseModel& noise,
                                  const ExposureRules& rules);
+
+/// How much the light of an exposure varies under a pulsed light (colour wheel, PWM). If the exposure is not
+/// a whole number of periods, the collected light depends on when the shutter opens.
+struct BeatForecast {
+  double periods = 0;  ///< exposure / period
+  /// (largest − smallest) / mean of the collected light, for a light that is on for `duty` of its period.
+  double spread = 0;
+  Nanoseconds nearest_whole{0};  ///< at least one period
+  /// True if the spread is larger than `share`.
+  bool beats(double share = 0.01) const { return spread > share; }
+  /// "exposure 1.60 ms is 0.096 periods of 16.67 ms: its light may vary by 200 %; 16.67 ms is whole"
+  std::string to_string(Nanoseconds exposure, Nanoseconds period) const;
+};
+
+/// The light collected in n + f periods (0 ≤ f < 1) of a light that is on for a share d of each lies between
+/// n d + max(0, f + d − 1) and n d + min(f, d). An exposure within 0.1 % of a period of a whole number of
+/// them counts as whole.  fails: bad_argument (exposure or period not above 0, duty not in (0, 1]).
+Result<BeatForecast> forecast_beat(Nanoseconds exposure, Nanoseconds period, double duty = 0.5);
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 
 #include <array>
 #include <cstdint>

@@ -3,16 +3,32 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/picture_facts.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace symrig {
+
+/// What the header of an OpenEXR file states beside its pixels (docs/images.md). Empty parts are left out.
+struct PictureFacts {
+  std::string units = {};  ///< of the values
+  std::optional<double> exposure =
+      {};                  ///< factor that maps white to 1 on a screen; the values are without it
+  std::string view = {};   ///< who sees it: "camera", "projector"
+  std::string light = {};  ///< the light that the scene is under
+  std::string scene = {};  ///< SHA-256 of the scene file
+
+  bool operator==(const PictureFacts&) const = default;
+};
+
+/// Reads what an OpenEXR file states. Other pictures, and files of other programs, state nothing.
+/// fails: not_found, io, bad_format (a damaged OpenEXR header).
+Result<PictureFacts> read_picture_facts(const std::filesystem::path& path);
 
 /// The largest number of pixels of a picture that can be read. It is compared with the header before anything
 /// is allocated.
@@ -60,5 +76,15 @@ std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
 /// 1-bit PNG in memory: black where the code is 0, else white. Empty if the image is empty or has more than
 /// one channel.
 std::vector<std::uint8_t> encode_bit_png(const Image<std::uint8_t>& image);
+
+/// The bytes of the OpenEXR file that write_image would write: 32-bit float, ZIP, 1 or 3 channels.
+/// fails: bad_argument (empty, other channels), io.
+Result<std::vector<std::byte>> encode_exr(const Image<float>& image);
+
+/// Whether all values are finite. name: of the picture, for the message.
+/// fails: bad_value (NaN or infinity; names the first such pixel).
+Result<void> check_finite(const Image<float>& image, const std::string& name);
+/// The same for planes of a grid in memory of the caller.
+Result<void> check_finite(std::span<const float> values, Grid grid, const std::string& name);
 
 }  // namespace symrig

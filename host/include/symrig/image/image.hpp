@@ -5,6 +5,7 @@
 
 #include <cassert>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -60,5 +61,27 @@ class Image {
 
 /// What the projector shows: one channel (white light), values in [0, 1] on the projector grid.
 using Pattern = Image<float>;
+
+/// One photograph: radiance per unit of projector light, with its uncertainty.
+/// mean, variance and valid have the same grid and channels. valid is 1 where the mean can be trusted, 0
+/// where no sample is usable. Where valid is 0, mean and variance are 0: test valid, never guess from the
+/// numbers. mean is signed, because black subtraction may give values below zero. Clipping them would bias
+/// every sum.
+struct Radiance {
+  Image<float> mean;
+  Image<float> variance;  ///< of mean, same units squared; 0 only where the measurement is noise-free
+  Image<std::uint8_t> valid;
+};
+
+/// Scales a picture; each new pixel is the old pixel under its centre. Empty if either grid is empty.
+Image<float> resize_nearest(const Image<float>& image, Grid grid);
+
+/// Scales a picture; each new pixel is the mean of the old pixels under it, weighted by area. This keeps the
+/// mean of the picture. Empty if either grid is empty.
+Image<float> resize_box(const Image<float>& image, Grid grid);
+
+/// Converts to one channel. RGB becomes linear luminance: 0.2126 R + 0.7152 G + 0.0722 B (Rec. 709). Any
+/// other number of channels is averaged.
+Image<float> to_gray(const Image<float>& image);
 
 }  // namespace symrig

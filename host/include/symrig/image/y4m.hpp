@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
 

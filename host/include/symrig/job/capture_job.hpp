@@ -2,19 +2,68 @@
 #pragma once
 
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/base/job_files.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/job/capture_log.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/report/summary.hpp"
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace symrig {
+
+/// What becomes of the log of a capture. Messages name the member `resume`, as CaptureOptions' messages do.
+struct LogOptions {
+  bool resume = false;  ///< continue from the log, if there is one
+  bool keep = false;    ///< do not delete the log when the output is complete
+  bool off = false;     ///< keep no log
+};
+
+/// Keeps the photographs of a running capture in `<output>.log` until the output itself is safely on the
+/// disk.
+class CaptureLog {
+ public:
+  /// Adds the log to the files of a capture.
+  static JobFiles declare(const std::string& output, const LogOptions& options, JobFiles files);
+  /// To be called before long work.
+  /// fails: bad_argument (a log exists, and resume is not set).
+  static Result<void> check(const std::string& output, const LogOptions& options);
+  /// Whether resume is set and a log exists.
+  static bool goes_on(const std::string& output, const LogOptions& options);
+  /// Creates a log, or opens the existing one to resume. With LogOptions::off it keeps nothing.
+  /// fails: as create_photograph_log and open_photograph_log.
+  static Result<CaptureLog> open(const std::string& output, const LogOptions& options,
+                                 const LogIdentity& identity);
+
+  /// nullptr with LogOptions::off.
+  PhotographLog* log() const { return log_.get(); }
+
+  /// After a failed capture: deletes a new log without photographs, or adds to the error how to continue.
+  Error broken_off(Error error);
+  /// After a capture whose photographs show a fault of the rig: deletes them, unless LogOptions::keep is set.
+  Error useless(Error error);
+  /// After the output is written: deletes the log unless LogOptions::keep is set.
+  /// fails: io.
+  Result<void> finished();
+
+ private:
+  CaptureLog() = default;
+  bool still_there() const;
+
+  std::string path_;
+  std::pair<std::uint64_t, std::uint64_t> file_;  ///< device and inode of the log
+  std::int64_t found_ = 0;                        ///< photographs in the log when it was opened
+  bool keep_ = false;
+  bool created_ = false;
+  std::unique_ptr<PhotographLog> log_;
+};
 
 /// Looks at the photographs of a capture as they come. Called by the thread that captures.
 using SeePhotographs = std::function<void(const ProbeCost& so_far, std::span<const Pattern> patterns,
@@ -71,7 +120,7 @@ std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig);
 std::int64_t least_memory(Grid grid, int channels);
 
 /// What a job takes if its memory has no limit, roughly: within a factor of 1.5 for V-grooves of 64x64 to
-/// 1000x984 (docs/benchmarks/memory.md).
+/// 1000x984 (docs/research/memory.md).
 std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels);
 
 /// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the

@@ -33,9 +33,9 @@ class CapturePage {
   void fail(std::string line) const;
 
  private:
-  class Serving;
-  explicit CapturePage(std::unique_ptr<Serving> serving);
-  std::unique_ptr<Serving> serving_;
+  class ServedScene;
+  explicit CapturePage(std::unique_ptr<ServedScene> served);
+  std::unique_ptr<ServedScene> served_;
 };
 
 }  // namespace symrig

@@ -3,15 +3,19 @@
 
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/job_files.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/calibration/registered_probe.hpp"
+#include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace symrig {
 
@@ -70,5 +74,39 @@ TrueTransport truth_of(std::shared_ptr<const Scene> scene);
 
 /// The same function. Each call is one step of `progress`, which may be empty.
 TrueTransport told(TrueTransport truth, Progress progress);
+
+/// What went wrong during a capture and was repaired, a line for each; empty: nothing.
+std::vector<std::string> repair_lines(const RigTrouble& trouble);
+
+/// The same, and what the rig warns of (rig_warnings()).
+std::vector<std::string> trouble_lines(const RigTrouble& trouble);
+
+/// Exposures without a frame, and frames that could not be used.
+std::int64_t lost_frames(const FrameCounts& frames);
+
+/// The measurement of a rig's camera: `symrig calibrate --sensor --rig RIG`.
+struct SensorJob {
+  std::string rig;             ///< sim:… or a rig file
+  std::filesystem::path keep;  ///< folder for the frames; empty: they are not kept
+  Progress progress;
+  KeepWaiting keep_waiting;
+};
+
+struct RigSensor {
+  MeasuredSensor measured;
+  std::int64_t frames = 0;        ///< exposures that the camera made
+  double rig_seconds = 0;         ///< on the rig's clock
+  bool defects_left_out = false;  ///< the camera's region is a part of its picture, so defects have no place
+  RigTrouble trouble;
+};
+
+/// Takes frames of the dark and of the flood-lit scene, and measures the sensor from them.
+/// fails: bad_argument (a rig that gives photographs, not frames); as parts_for_sensor, FrameTaker::open,
+/// take_sensor_frames, SceneTransfer and SensorRecord.
+Result<RigSensor> measure_rig_sensor(const SensorJob& job);
+
+/// The sensor.toml that a rig file names; empty: none, or no rig file.
+/// fails: as read_rig_file.
+Result<std::string> sensor_file_of(const std::string& rig);
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/program.hpp"
 #include "symrig/program/profile.hpp"

@@ -4,7 +4,6 @@
 #include "symrig/base/result.hpp"
 #include "symrig/board/board_info.hpp"
 #include "symrig/board/program.hpp"
-#include "symrig/board/receipt.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,16 +3,48 @@
 
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
-#include "symrig/report/relight_speed.hpp"
 #include "symrig/rig/rig.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace symrig {
+
+/// Memory speed and relighting time with the same number of threads, measured in the same minute.
+struct ThreadSpeed {
+  int threads = 1;
+  double triad_bytes_per_second = 0;  ///< best round; 12 bytes for each element, as in STREAM
+  double relight_seconds = 0;         ///< one photograph, median round, tensor in no cache
+};
+
+struct RelightSpeed {
+  std::int64_t array_bytes = 0;   ///< of each of the triad's three arrays
+  std::int64_t tensor_bytes = 0;  ///< read once for a photograph
+  ThreadSpeed one, all;           ///< one thread; every thread of the machine
+
+  /// The tensor's bytes per second as a share of the triad's. 1 means that relighting runs at memory speed.
+  double share_of_triad(const ThreadSpeed& speed) const;
+};
+
+struct RelightSpeedOptions {
+  std::int64_t array_bytes = 0;  ///< 0: more than four times the last-level cache, at least 128 MiB
+  int rounds = 15;
+  Progress progress = {};  ///< may be empty; one event for each round
+};
+
+/// Compares the time of T · pattern with a triad a = b + s c over arrays that fit into no cache. The two
+/// alternate in one run. So each application finds the tensor in no cache, and both see the same state of the
+/// machine. The threads of the library are limited meanwhile.
+/// fails: bad_argument (no rounds), limit (no memory for the arrays), interrupted.
+/// source: McCalpin, STREAM.
+Result<RelightSpeed> measure_relight(const TransportTensor& tensor, const RelightSpeedOptions& options = {});
 
 /// The tolerances that one algorithm is run with.
 struct BenchSweep {
@@ -100,5 +132,99 @@ std::string bench_summary_text(const BenchRun& run);
 /// One self-contained HTML page: the summary, error over patterns and over seconds for each scene (log-log),
 /// and the table.
 std::string bench_page(const BenchRun& run);
+
+/// One capture as a point: its cost (patterns or seconds) and its relative error.
+struct CostError {
+  double cost = 0;
+  double error = 0;
+};
+
+/// How a reading was obtained. Nothing is extrapolated.
+enum class Reach : std::uint8_t {
+  read,         ///< interpolated between two captures, or taken from one
+  at_most,      ///< the end of the sweep is already better: the true value is this or less
+  not_reached,  ///< no capture of the sweep reaches it
+};
+
+struct CurveReading {
+  Reach reach = Reach::not_reached;
+  double value = 0;  ///< 0 where not reached
+
+  bool reached() const { return reach != Reach::not_reached; }
+};
+
+/// The captures that no other capture beats in both cost and error: increasing cost, strictly decreasing
+/// error. A sweep is seldom monotonic, because a tighter tolerance may need more patterns and still give a
+/// larger error. A user would choose one of these captures. Points without a finite cost > 0 and a finite
+/// error ≥ 0 are ignored.
+std::vector<CostError> lower_envelope(std::vector<CostError> captures);
+
+/// The cost at which an envelope reaches `error`, by linear interpolation of log cost over log error. at_most
+/// if the cheapest capture already has a smaller error. A capture with error 0 has no logarithm: between it
+/// and its neighbour the result is its own cost, as at_most.
+CurveReading cost_at_error(std::span<const CostError> envelope, double error);
+
+/// The error of an envelope at `cost`, by the same interpolation: not_reached below the cheapest capture,
+/// at_most beyond the most expensive one.
+CurveReading error_at_cost(std::span<const CostError> envelope, double cost);
+
+/// value / reference. Two exact results (0 / 0) are equally good: 1. Not reached if only the reference is 0.
+CurveReading ratio(const CurveReading& value, double reference);
+
+/// The larger of two readings: the cost that satisfies both.
+CurveReading larger(const CurveReading& a, const CurveReading& b);
+
+/// Geometric mean of ratios. Ratios that were not reached, and zeros, are counted instead of averaged, so
+/// that the mean does not hide them.
+struct MeanRatio {
+  double value = 0;  ///< 0 if there is nothing to average
+  int averaged = 0;
+  int bounds = 0;       ///< averaged ratios that are at_most: the true mean is `value` or less
+  int not_reached = 0;  ///< not averaged; they would increase the mean
+  int zero = 0;         ///< not averaged; they would make the mean 0
+
+  Reach reach() const;  ///< not_reached if a ratio that would increase the mean is missing
+};
+MeanRatio geometric_mean(std::span<const CurveReading> ratios);
+
+/// `symrig` against `paper` on one scene and seed. The reference is `paper` at its default tolerance. It is
+/// compared with the lower envelope of symrig's captures of the same scene, size and seed.
+struct BenchPair {
+  std::string scene;
+  int seed = 1;
+  double paper_patterns = 0;
+  TransportErrors paper_error;
+  // symrig's patterns / paper's, at paper's error:
+  CurveReading patterns_at_indirect, patterns_at_bar_indirect, patterns_at_both;
+  // symrig's error / paper's, at paper's patterns:
+  CurveReading indirect_at_patterns, frobenius_at_patterns;
+};
+
+/// flood / frobenius over the captures of one algorithm on one scene: a bias under all-positive light, which
+/// random patterns average away.
+struct FloodBias {
+  std::string scene;
+  Algorithm algorithm = Algorithm::symrig;
+  double at_preset = 0;  ///< worst over seeds at the default tolerance; 0 if there is none
+  double worst = 0;      ///< worst over all tolerances
+};
+
+/// The summary of one grid size on one rig.
+struct BenchSummary {
+  Grid grid;
+  std::string profile = "standard";  ///< of the rig
+  std::vector<BenchPair> pairs;      ///< by scene and seed; only if both algorithms were run
+  std::vector<FloodBias> flood;
+  MeanRatio patterns_at_indirect, patterns_at_bar_indirect, patterns_at_both, indirect_at_patterns,
+      frobenius_at_patterns;  ///< over all pairs
+};
+
+/// One summary for each profile and size, in the order of the plan. Failed captures are ignored.
+std::vector<BenchSummary> summarize(const BenchRun& run);
+
+/// The pairs of one scene.
+std::vector<BenchPair> pairs_of(const BenchSummary& summary, const std::string& scene);
+/// Geometric mean of one reading over the pairs.
+MeanRatio mean_of(const std::vector<BenchPair>& pairs, CurveReading BenchPair::*reading);
 
 }  // namespace symrig

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/calibration/alignment.hpp"
+#include "symrig/calibration/cell_weights.hpp"
 #include "symrig/calibration/first_bounce.hpp"
-#include "symrig/calibration/map_file.hpp"
-#include "symrig/calibration/map_quality.hpp"
 #include "symrig/calibration/pixel_map.hpp"
-#include "symrig/calibration/smooth_map.hpp"
+#include "symrig/calibration/registration.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/report/summary.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace symrig {
 
@@ -55,5 +58,61 @@ std::string calibration_page(const CalibrationSummary& summary, const PixelMap& 
 /// The uncertainty of the map. Channels: standard deviation of the column and of the row, distance from the
 /// affine map of the neighbours [projector pixels]; −1 where there is none.
 Image<float> uncertainty_picture(const PixelMap& map);
+
+/// The results of `symrig calibrate` for a camera with pixels of its own.
+struct RegistrationSummary {
+  const Registration& registration;
+  const CellWeights& weights;
+  double rig_seconds = 0;  ///< on the rig's clock
+  Made made = {};
+  ViewLayout views = {};  ///< of the rig
+  MapShape shape = registration.shape();
+};
+
+/// The JSON of `symrig calibrate --json`.
+std::string registration_json(const RegistrationSummary& summary);
+
+/// What a person must know of the rig, a sentence each.
+std::vector<std::string> registration_warnings(const RegistrationSummary& summary);
+
+/// The share of a ghost, its place, and what to do about it.
+std::string ghost_text(const CameraGhost& ghost);
+
+/// The same as lines of text.
+std::string registration_text(const RegistrationSummary& summary);
+
+/// One self-contained HTML page: the cells drawn into the camera's picture, what the lens does beyond a
+/// straight map, and the scene on the cells.
+/// fails: as CellWeights::gather.
+Result<std::string> registration_page(const RegistrationSummary& summary);
+
+/// One measurement of `symrig align`.
+struct AlignmentUpdate {
+  std::string rig;         ///< as it describes itself
+  std::int64_t count = 1;  ///< of updates so far
+  double seconds = 0;      ///< since the start
+  Alignment alignment;
+  std::vector<AlignmentFinding> findings;
+  int cell = 0;  ///< projector pixels along the side of a cell; 0: not known
+};
+
+/// One line of `symrig align --json`.
+std::string alignment_json(const AlignmentUpdate& update);
+
+/// One line for a log.
+std::string alignment_line(const AlignmentUpdate& update);
+
+/// The names of the goals that are not met, "cells seen, blur"; empty: all are.
+std::string missed_goals(const std::vector<AlignmentFinding>& findings);
+
+/// What to do for a goal that is not met, in words.
+std::string advice(const AlignmentFinding& finding, const Alignment& alignment);
+
+/// The page for the person at the screws. before: the update before this one, or nullptr.
+std::string alignment_page(const AlignmentUpdate& update, const AlignmentUpdate* before);
+
+/// A picture of what is left over of the map: a point, an arrow or a double arrow for each part of the
+/// camera's picture, by length. columns: of the terminal.
+std::string left_over_picture(const Alignment& alignment, std::size_t columns);
 
 }  // namespace symrig

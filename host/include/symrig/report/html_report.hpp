@@ -4,7 +4,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/report/made.hpp"
+#include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <string>

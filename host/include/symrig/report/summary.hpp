@@ -4,16 +4,52 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/report/made.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_operator.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 namespace symrig {
+
+/// How a file was made. Each part may be empty; it is then not reported.
+struct Made {
+  std::string date = {};          ///< UTC, as in 2026-01-31T23:59:58Z [ISO 8601]
+  std::string version = {};       ///< of symrig
+  std::string command_line = {};  ///< as typed into a shell
+};
+
+/// The time now, as Made::date has it; empty if the system does not know it.
+std::string utc_now();
+
+/// The differences between the scene of `rig` and the scene that a file was captured from (captured_scene();
+/// rigs as in Probe::describe()). One text for each difference; none if the light transport is the same, or
+/// if the file does not state its scene. For simulated rigs only the true transport counts: noise, exposures,
+/// misalignment, flare, and a seed without texture make no difference.
+std::vector<std::string> differences_of_scene(const std::string& captured, const std::string& rig);
+
+/// What to warn of where errors are measured on another scene. of: the scene, such as "scene.h5". Empty: no
+/// differences.
+std::string other_scene_warning(const std::string& of, const std::vector<std::string>& differences);
+
+/// The nodes of one level: leaves by kind, and nodes that were split into children.
+struct NodeCounts {
+  LeafCounts leaves;
+  std::int64_t subdivided = 0;
+
+  std::int64_t total() const {
+    return leaves.rank1 + leaves.low_rank + leaves.empty + leaves.scalar + subdivided;
+  }
+};
+
+/// One entry for each level of the deeper tree. It counts stored nodes: in a symmetric tensor each unordered
+/// pair of blocks once. A node is subdivided if it contains a leaf of a deeper level. This is counted for
+/// symmetric tensors only, because others do not grow level by level.
+/// source: [Garg06 Fig. 9]
+std::vector<NodeCounts> node_counts(const TransportTensor& tensor);
 
 /// The facts of `symrig capture --json` beside the tensor. Times are seconds on the host, unless stated.
 struct CaptureSummary {

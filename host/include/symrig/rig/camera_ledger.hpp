@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/base/units.hpp"
-#include "symrig/board/clock_time.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/clock_model.hpp"
 #include "symrig/camera/camera.hpp"
 
 #include <array>

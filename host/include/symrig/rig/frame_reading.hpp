@@ -2,10 +2,12 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/image/radiance.hpp"
+#include "symrig/image/image.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -46,5 +48,17 @@ class FrameReading {
   /// true: frames have no noise, so one frame is as good as several.
   virtual bool exact() const { return false; }
 };
+
+/// The largest value of a frame, without dead pixels. values: planes of the camera's grid.
+template <class T>
+double largest_live(std::span<const T> values, const Camera& camera) {
+  const std::size_t pixels = camera.grid().size();
+  const Image<std::uint8_t>* dead = camera.dead();
+  double largest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (dead == nullptr || dead->values()[i % pixels] == 0)
+      largest = std::max(largest, static_cast<double>(values[i]));
+  return largest;
+}
 
 }  // namespace symrig

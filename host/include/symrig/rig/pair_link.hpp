@@ -2,8 +2,10 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/base/units.hpp"
-#include "symrig/board/device_uri.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/image/grid.hpp"
+#include "symrig/rig/rig.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -58,5 +60,61 @@ class PairLink {
 /// The secret in a file: its bytes without line breaks at the end.
 /// fails: not_found, io, bad_value (fewer than 16 bytes, or others can read the file), limit (over 4,096).
 Result<std::string> read_pair_secret(const std::string& file);
+
+namespace rig {
+class ClientTalk;
+}
+
+/// What a pair does for its host, behind a PairServer.
+class PairService {
+ public:
+  PairService() = default;
+  PairService(const PairService&) = delete;
+  PairService& operator=(const PairService&) = delete;
+  virtual ~PairService() = default;
+
+  /// A host has come. fails: device errors.
+  virtual Result<void> begin() { return {}; }
+  /// After begin(): what it states of itself, words KEY=VALUE without line breaks.
+  virtual std::string facts() const = 0;
+  /// Answers one request. false: the host has gone. The host gets an error, and is then disconnected.
+  virtual Result<bool> answer(const std::string& request, rig::ClientTalk& talk) = 0;
+};
+
+/// A projector-camera pair behind a socket, for a host that joins several (docs/pair-protocol.md). It serves
+/// one host at a time. Another one gets the line "busy: ...". A host that breaks the framing or does not know
+/// the secret gets the line "error: ...". Both are then disconnected.
+class PairServer {
+ public:
+  /// place: "unix:PATH", which only this user can reach, or "tcp:HOST:PORT" of an address of this machine.
+  /// secret: path of the file with the shared secret; empty: none, which TCP does not allow.
+  /// fails: as read_pair_secret; bad_argument, io (the socket cannot be made).
+  static Result<PairServer> open(std::unique_ptr<PairService> service, const std::string& place,
+                                 const std::string& secret);
+  PairServer(PairServer&&) noexcept;
+  PairServer& operator=(PairServer&&) noexcept;
+  ~PairServer();
+
+  /// Serves until keep_going() is false. It is asked ten times a second, but not while the pair works.
+  void run(const std::function<bool()>& keep_going);
+
+ private:
+  class ServedPair;
+  explicit PairServer(std::unique_ptr<ServedPair> served);
+  std::unique_ptr<ServedPair> served_;
+};
+
+/// A camera and a projector of this computer, for a host whose board fires them (docs/pair-protocol.md).
+/// devices: its camera and its projector; the board is the host's. They are opened when a host comes, and
+/// opened again after one was lost. pair: its place in the layout, from 0.
+std::unique_ptr<PairService> serve_devices(RigDevices devices, ViewLayout layout, std::size_t pair);
+
+/// The camera and the projector of such a pair, as devices of the host. They share a connection, which is
+/// made when they are opened, and again after it was lost. Frames have no stamps: the two computers share no
+/// clock. So the ledger trusts their numbers and contents only (docs/ledger.md). The openers fail as
+/// PairLink::open, and with bad_argument (another place, layout or kind of pair), size_mismatch (other cells
+/// than `cells`).
+RigDevices linked_devices(PairAddress address, ViewLayout layout, std::size_t pair, Grid cells,
+                          PairLink::KeepWaiting keep_waiting);
 
 }  // namespace symrig

@@ -3,8 +3,8 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/image/radiance.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
+#include "symrig/image/image.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/frame_reading.hpp"
 

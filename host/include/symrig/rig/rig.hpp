@@ -2,13 +2,13 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/program/program_file.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/camera_ledger.hpp"
-#include "symrig/rig/devices.hpp"
 #include "symrig/rig/frame_reading.hpp"
 
 #include <cstdint>
@@ -21,6 +21,14 @@
 #include <vector>
 
 namespace symrig {
+
+/// Functions that open the three devices of a rig, at first and again after one was lost. Each may be called
+/// many times; the previous object is destroyed before the call. The first order is board, camera, projector.
+struct RigDevices {
+  std::function<Result<Board>()> board;
+  std::function<Result<std::unique_ptr<Projector>>()> projector;
+  std::function<Result<std::unique_ptr<Camera>>()> camera;
+};
 
 /// Frames of a photograph of which nothing is foreseen, as in a calibration: planning has nothing to go by.
 inline constexpr int kUnforeseenExposures = 4;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/board/receipt.hpp"
+#include "symrig/board/program.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/board/board_info.hpp"
-#include "symrig/board/receipt.hpp"
+#include "symrig/board/program.hpp"
 #include "symrig/program/timeline.hpp"
 
 #include <cstddef>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/image/image.hpp"
-#include "symrig/image/view_layout.hpp"
 
 #include <memory>
 #include <span>

@@ -2,9 +2,8 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/rig/pair_link.hpp"
-#include "symrig/rig/pair_server.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/scene.hpp"
 

@@ -1,21 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/evaluate.hpp"
 #include "symrig/acquisition/probe.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/image/outline.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/rig/frame_taker.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <vector>
 
+namespace symrig {
+
+/// A board in virtual time with a projector and a camera. wiring gives their lines and polarity, the
+/// projector's refresh and the camera's readout. The link owns all of it.
+std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring);
+
+}  // namespace symrig
+
 namespace symrig::board_sim {
+
 class SimBoard;
 class SimCamera;
 class SimPlaneProjector;
+
 }  // namespace symrig::board_sim
 
 namespace symrig {
@@ -61,5 +76,16 @@ Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, Virtu
 /// The devices of a virtual rig, for a FrameTaker.
 /// fails: as parse_scene_uri and make_scene.
 Result<RigParts> virtual_rig_parts(std::string_view uri, VirtualRigHooks hooks = {});
+
+/// T of a simulated bench with a camera of its own, through the exact map: what a perfect registration
+/// would capture, with its ghost, the gain ratio and the blurs of its optics corrected. It differs from T of
+/// the ideal coaxial rig by what the camera's pixels do not show of a cell. Empty: the camera shares the
+/// cells.
+/// fails: as make_scene.
+Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri);
+
+/// The gain ratio of such a bench on the cells, exactly: GainRatio. Empty: the camera shares the cells.
+/// fails: as make_scene.
+Result<Image<float>> bench_gain(const SceneUri& uri);
 
 }  // namespace symrig

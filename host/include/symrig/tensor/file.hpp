@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/work.hpp"
 #include "symrig/image/stored_image.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 

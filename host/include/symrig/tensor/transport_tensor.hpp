@@ -228,4 +228,20 @@ class TensorBuilder {
   TransportTensor tensor_;
 };
 
+/// light = Σ_c T_cᵀ y_c, so that ⟨T x, y⟩ = ⟨x, Tᵀ y⟩ over all channels.  shapes: camera grid (the tensor's
+/// channels) → projector grid (1 channel).  error: as TransportTensor::apply.  fails: size_mismatch.
+Result<Image<float>> apply_adjoint(const TransportTensor& tensor, const Image<float>& picture);
+
+/// Where stopped_capture() puts the unknown light inside a block.
+enum class WithinBlocks : std::uint8_t {
+  direct,   ///< all on the diagonal: every pixel keeps its light
+  product,  ///< spread over the block as a rank-1 product, as between two blocks
+};
+
+/// Estimates from a finished tensor what a capture would hold if it had stopped after `level`. Pairs of
+/// blocks that were split further become a product of the light that the two blocks see of each other. A
+/// block with itself becomes `within`. Level 0 uses the flood-lit photograph alone. A leaf that was merged
+/// from several counts as split further. Needs symmetric().  fails: as TransportTensor::visit_leaves.
+Result<TransportTensor> stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within);
+
 }  // namespace symrig

@@ -3,8 +3,7 @@
 
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/base/units.hpp"
+#include "symrig/base/time.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_tensor.hpp"

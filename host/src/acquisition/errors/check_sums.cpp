@@ -1,14 +1,181 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/errors/check_sums.hpp"
-
+#include "acquisition/errors/error_estimate.hpp"
 #include "symrig/image/image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <cmath>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
 namespace symrig::acquisition {
+
+void EnergySums::add(std::size_t pixel, double e, double y, double of_model, double variance) {
+  error += e * e - variance;
+  signal += y * y - variance;
+  model += of_model * of_model;
+  noise += variance;
+  error_noise_ += 4 * variance * e * e - 2 * variance * variance;
+  signal_noise_ += 4 * variance * y * y - 2 * variance * variance;
+  resolution_ += 2 * variance * variance;
+  error_at_[pixel] += e * e - variance;
+  signal_at_[pixel] += y * y - variance;
+  ++samples_;
+}
+
+// How much Σ (error − ratio · signal) would differ with other random patterns, from one set of
+// photographs. Let d_B be the part of the sum in block B, n the number of blocks of a level, and m the mean
+// of d_B. If the blocks were independent, the delete-one jackknife of the sum would be
+//
+//   Var = n / (n − 1) · Σ_B (d_B − m)² = n / (n − 1) · (Σ d_B² − n m²)
+//
+// Pixels are not independent: a leaf that is wrong is wrong on a whole block, whose pixels then move
+// together. So blocks must be as large as what is wrong, and that is not known. But blocks that are too
+// small only give too little variance. Steps: running sums over tree order, in which each block is a
+// range; the jackknife of each level with at least 16 blocks, and of the last level; the largest of them,
+// and the doubt of what add_error() added.
+double EnergySums::scatter(const BlockTree& tree, double ratio) const {
+  constexpr std::size_t kFewestBlocks = 16;
+  std::vector<double> before(error_at_.size() + 1);
+  for (std::size_t t = 0; t < error_at_.size(); ++t)
+    before[t + 1] = before[t] + error_at_[t] - ratio * signal_at_[t];
+  double largest = 0;
+  for (int level = 0; level < tree.levels(); ++level) {
+    const auto blocks = static_cast<double>(tree.level(level).size());
+    if (tree.level(level).size() < kFewestBlocks && level + 1 < tree.levels()) continue;
+    double squares = 0;
+    for (const Block& block : tree.level(level)) {
+      const double sum = before[block.end] - before[block.begin];
+      squares += sum * sum;
+    }
+    const double mean = before.back() / blocks;
+    if (blocks > 1) largest = std::max(largest, (squares - blocks * mean * mean) * blocks / (blocks - 1));
+  }
+  return largest + doubt_;
+}
+
+EnergyInterval energy_interval(double energy, double variance) {
+  constexpr double kSigmas = 2, kMostSigmas = 10, kInNoise = 4;
+  const double sigma = std::sqrt(std::max(0.0, variance));
+  if (energy <= sigma) return {0, std::max(0.0, energy) + kInNoise * sigma};
+  const double most = energy + kMostSigmas * sigma;
+  // χ²_d / d at ± 2σ is (1 − 2/(9d) ± 2 √(2/(9d)))³; 2/d = variance / energy².
+  const double ninth = variance / (9 * energy * energy);
+  const auto quantile = [&](double sigmas) {
+    return std::pow(std::max(0.0, 1 - ninth + sigmas * std::sqrt(ninth)), 3);
+  };
+  const double least = quantile(-kSigmas);
+  return {energy / quantile(kSigmas), least > 0 ? std::min(most, energy / least) : most};
+}
+
+double half_width(const EnergyInterval& interval, double signal, double value) {
+  const auto relative = [&](double energy) { return std::sqrt(std::max(0.0, energy) / signal); };
+  return std::max(relative(interval.high) - value, value - relative(interval.low));
+}
+
+namespace {
+
+constexpr double kSure = 5;  // standard deviations, of some dozen sums
+
+/// Sums over rectangles, what lies outside the picture counted as 0.
+class Integral {
+ public:
+  explicit Integral(const Image<float>& picture)
+      : rows_(picture.grid().rows),
+        cols_(picture.grid().cols),
+        sum_(static_cast<std::size_t>(rows_ + 1) * static_cast<std::size_t>(cols_ + 1)) {
+    for (int r = 0; r < rows_; ++r)
+      for (int c = 0; c < cols_; ++c)
+        sum_[at(r + 1, c + 1)] =
+            static_cast<double>(picture.at(r, c)) + sum_[at(r, c + 1)] + sum_[at(r + 1, c)] - sum_[at(r, c)];
+  }
+  /// Rows [top, bottom], columns [left, right].
+  double of(int top, int bottom, int left, int right) const {
+    const int r0 = std::clamp(top, 0, rows_), r1 = std::clamp(bottom + 1, 0, rows_);
+    const int c0 = std::clamp(left, 0, cols_), c1 = std::clamp(right + 1, 0, cols_);
+    return sum_[at(r1, c1)] - sum_[at(r0, c1)] - sum_[at(r1, c0)] + sum_[at(r0, c0)];
+  }
+
+ private:
+  std::size_t at(int r, int c) const {
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(cols_ + 1) + static_cast<std::size_t>(c);
+  }
+  int rows_, cols_;
+  std::vector<double> sum_;
+};
+
+/// A box on one side of a pixel: rows and columns from it.
+struct Side {
+  int top, bottom, left, right;
+  double cells() const { return 2.0 * (bottom - top + 1) * (right - left + 1); }
+};
+std::array<Side, 4> boxes(int radius) {
+  return {{{-radius, radius, 1, radius},
+           {1, radius, -radius, radius},
+           {1, radius, 1, radius},
+           {1, radius, -radius, -1}}};
+}
+/// Half of the pixels around one, up to two away.
+std::vector<Side> neighbours() {
+  constexpr int kFar = 2;
+  std::vector<Side> all;
+  for (int dy = 0; dy <= kFar; ++dy)
+    for (int dx = dy == 0 ? 1 : -kFar; dx <= kFar; ++dx) all.push_back({dy, dy, dx, dx});
+  return all;
+}
+
+/// What one K finds.
+class SideSearch {
+ public:
+  SideSearch(const Image<float>& residual, const Image<float>& z) : z_(z), sums_(residual) {
+    for (const float v : z.values()) lit_ += v != 0 ? 1 : 0;
+  }
+  OneSided with(const Side& s) const {
+    const Grid grid = z_.grid();
+    double product = 0, squares = 0;
+    for (int r = 0; r < grid.rows; ++r)
+      for (int c = 0; c < grid.cols; ++c) {
+        const auto sign = static_cast<double>(z_.at(r, c));
+        if (sign == 0) continue;
+        const double w = sums_.of(r + s.top, r + s.bottom, c + s.left, c + s.right) -
+                         sums_.of(r - s.bottom, r - s.top, c - s.right, c - s.left);
+        product += w * sign;
+        squares += w * w;
+      }
+    if (squares <= 0) return {};
+    const double energy =
+        (product * product - squares) * static_cast<double>(grid.size()) / (lit_ * lit_ * s.cells());
+    return {std::max(0.0, energy), std::abs(product) / std::sqrt(squares)};
+  }
+
+ private:
+  const Image<float>& z_;
+  Integral sums_;
+  double lit_ = 0;
+};
+
+}  // namespace
+
+OneSided one_sided(const Image<float>& residual, const Image<float>& z) {
+  const SideSearch search(residual, z);
+  OneSided near;  // neighbours have nothing in common: what they find adds up
+  for (const Side& s : neighbours()) {
+    const OneSided one = search.with(s);
+    near.sigmas = std::max(near.sigmas, one.sigmas);
+    if (one.sigmas > kSure) near.energy += one.energy;
+  }
+  OneSided far;
+  const Grid grid = residual.grid();
+  for (int radius = 2; 2 * radius < std::max(grid.rows, grid.cols); radius *= 2)
+    for (const Side& s : boxes(radius)) {
+      const OneSided one = search.with(s);
+      if (one.sigmas > kSure && one.energy > far.energy) far = one;
+    }
+  return near.energy >= far.energy ? near : far;
+}
+
 namespace {
 
 using Residuals = std::span<const CheckResidual>;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/errors/error_estimate.hpp"
 
-#include "acquisition/errors/energy_sums.hpp"
 #include "acquisition/errors/gain_mismatch.hpp"
-#include "acquisition/errors/one_sided.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -109,25 +107,25 @@ double mean_sparse_energy(const CheckSums& sums, double lit) {
 }
 
 /// One estimate of the same energy ratio.
-struct Reading {
+struct EnergyReading {
   double value, variance;
 };
 
 /// Two readings, weighted by their variances; where they contradict each other, the interval holds both.
-Bar joined(const std::vector<Reading>& readings) {
+Bar joined(const std::vector<EnergyReading>& readings) {
   double weights = 0, sum = 0;
-  for (const Reading& r : readings) {
+  for (const EnergyReading& r : readings) {
     weights += 1 / r.variance;
     sum += r.value / r.variance;
   }
   const double mean = sum / weights;
   double contradiction = 0;
-  for (const Reading& r : readings) contradiction += std::pow(r.value - mean, 2) / r.variance;
+  for (const EnergyReading& r : readings) contradiction += std::pow(r.value - mean, 2) / r.variance;
   const double variance = std::max(1.0, contradiction) / weights;
   EnergyInterval interval = energy_interval(mean, variance);
   constexpr double kContradiction = 4;
   if (contradiction > kContradiction)
-    for (const Reading& r : readings) {
+    for (const EnergyReading& r : readings) {
       const EnergyInterval one = energy_interval(r.value, r.variance);
       interval = {std::min(interval.low, one.low), std::max(interval.high, one.high)};
     }
@@ -168,7 +166,7 @@ class Indirect {
     return pairs_.signal * std::pow(mean / pairs_.model, (1 - share) * (1 - share));
   }
 
-  std::vector<Reading> readings() const {
+  std::vector<EnergyReading> readings() const {
     constexpr double kSignalKnown = 0.15;  // of the energy: chance of the model's own mean
     const double of = signal();
     const double ratio = std::clamp(pairs_.error / pairs_.signal, 0.0, 1.0);
@@ -176,7 +174,7 @@ class Indirect {
     const double known = std::pow(kSignalKnown * (1 - ratio) * pairs_.error, 2);
     const double floor = std::pow(kLeastScatter * pairs_.error, 2);
     const double scatter = std::max(pairs_.scatter(sums_.tensor().camera_tree(), ratio), pairs_.resolution());
-    std::vector<Reading> readings{
+    std::vector<EnergyReading> readings{
         {pairs_.error / of, (scatter + misstated * misstated + known + floor) / (of * of)}};
     // Where half of the light is wrong, it is wrong everywhere alike, and the halves see its sum.
     constexpr double kMostForHalves = 0.05;
@@ -186,7 +184,7 @@ class Indirect {
 
   /// A dark pixel of a half sees ½ (Σ_j E_ij + Σ_j ± E_ij). Where errors are independent of each other, twice
   /// the squares of both halves are Σ E². Where they add up, it is up to twice as much.
-  Reading halves(double of) const {
+  EnergyReading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
     const EnergySums& dark = sums_.dark_halves;
     const double scale = 2 * lit_ * (1 - lit_) / of;

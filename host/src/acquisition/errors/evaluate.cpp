@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+// The patterns that errors and reports are made with.
 #include "symrig/acquisition/evaluate.hpp"
 
-#include "symrig/acquisition/measured_errors.hpp"
-#include "symrig/base/quantile.hpp"
-#include "symrig/base/random.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,63 @@
 #include <vector>
 
 namespace symrig {
+namespace {
+
+/// Value noise of one octave: random heights on a lattice of `cells` steps across the longer side,
+/// cosine-interpolated.
+void add_octave(Image<float>& picture, int cells, float weight, unsigned seed) {
+  const Grid grid = picture.grid();
+  const double step = static_cast<double>(std::max(grid.rows, grid.cols)) / cells;
+  const int side = cells + 2;
+  std::vector<float> lattice(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  Random random(seed * 1000003ULL + static_cast<unsigned>(cells));
+  for (float& h : lattice) h = static_cast<float>(random.uniform());
+  const auto height = [&](int y, int x) {
+    return lattice[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) +
+                   static_cast<std::size_t>(x)];
+  };
+  const auto smooth = [](double t) { return static_cast<float>(0.5 - 0.5 * std::cos(3.14159265358979 * t)); };
+  for (int row = 0; row < grid.rows; ++row) {
+    const int y = static_cast<int>(row / step);
+    const float v = smooth(row / step - y);
+    for (int col = 0; col < grid.cols; ++col) {
+      const int x = static_cast<int>(col / step);
+      const float u = smooth(col / step - x);
+      const float top = height(y, x) * (1 - u) + height(y, x + 1) * u;
+      const float bottom = height(y + 1, x) * (1 - u) + height(y + 1, x + 1) * u;
+      picture.at(row, col) += weight * (top * (1 - v) + bottom * v);
+    }
+  }
+}
+
+}  // namespace
+
+Image<float> bar_pattern(Grid grid) {
+  Image<float> pattern(grid);
+  const int first = grid.cols * 5 / 16;
+  const int last = std::max(first + 1, grid.cols * 7 / 16);
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = first; col < last; ++col) pattern.at(row, col) = 1;
+  return pattern;
+}
+
+Image<float> natural_pattern(Grid grid, unsigned seed) {
+  Image<float> pattern(grid);
+  for (const int cells : {3, 7, 17, 41}) add_octave(pattern, cells, 1.0F / static_cast<float>(cells), seed);
+  const auto [low, high] = std::minmax_element(pattern.values().begin(), pattern.values().end());
+  const float floor = *low;
+  const float span = *high > *low ? *high - *low : 1;
+  for (float& v : pattern.values()) v = (v - floor) / span;
+  return pattern;
+}
+
+Image<float> random_pattern(Grid grid, unsigned seed) {
+  Image<float> pattern(grid);
+  Random random(seed);
+  for (float& v : pattern.values()) v = random.sign() > 0 ? 1.0F : 0.0F;
+  return pattern;
+}
+
 namespace {
 
 /// Squared norms gathered over pixels, channels and random vectors, less what noise adds to them.
@@ -41,9 +97,9 @@ using Seen = std::vector<char>;  ///< camera pixels that count; empty = all
 /// What a photograph should be, with its variance.
 using Truth = std::function<Result<Radiance>(const Image<float>& pattern)>;
 
-class Comparison {
+class TruthComparison {
  public:
-  Comparison(const TransportOperator& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
+  TruthComparison(const TransportOperator& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
 
   /// Adds ‖T̃p − Tp‖² and ‖Tp‖² over the pixels of each mask.
   Result<void> add(const Image<float>& pattern,
@@ -169,7 +225,7 @@ Told told(const std::vector<Squares>& probes) {
   return {all.relative(), 2 * (1 + 1.2 / (n - 1)) * std::sqrt(variance) + noise_width(all)};
 }
 
-Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const Comparison& compare,
+Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const TruthComparison& compare,
                                   const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const std::size_t pixels = grid.size();
@@ -215,14 +271,14 @@ Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const Compari
 Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, const TrueTransport& truth,
                                      const EvaluateOptions& options) {
   const Image<float> natural = natural_pattern(tensor.projector_grid(), options.seed + 2);
-  return compare_all(tensor, Comparison(tensor, exactly(truth)), natural, options);
+  return compare_all(tensor, TruthComparison(tensor, exactly(truth)), natural, options);
 }
 
 Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, Probe& probe,
                                      const EvaluateOptions& options, const Progress& progress) {
   const Image<float> natural = cut_at_median(natural_pattern(tensor.projector_grid(), options.seed + 2));
   const std::int64_t photographs = std::int64_t{4} * options.probes + 4;
-  return compare_all(tensor, Comparison(tensor, photographed(probe, progress, photographs)), natural,
+  return compare_all(tensor, TruthComparison(tensor, photographed(probe, progress, photographs)), natural,
                      options);
 }
 

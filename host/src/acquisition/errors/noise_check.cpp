@@ -60,13 +60,13 @@ FloodLevel level(const Flood& a, const Flood& b) {
 }
 
 /// b − level · a, pixel by pixel.
-struct Difference {
+struct FloodDifference {
   PagedVector<double> value, variance;
   PagedVector<char> valid;
 };
-Difference difference(const Flood& a, const Flood& b) {
+FloodDifference difference(const Flood& a, const Flood& b) {
   const double g = level(a, b).value;
-  Difference d{b.mean, b.variance, b.valid};
+  FloodDifference d{b.mean, b.variance, b.valid};
   for (std::size_t at = 0; at < d.value.size(); ++at) {
     d.value[at] -= g * a.mean[at];
     d.variance[at] += g * g * a.variance[at];
@@ -84,12 +84,12 @@ void divide(Flood& sum, std::size_t photographs) {
   }
 }
 
-void add(Scatter& scatter, const Difference& d) {
+void add(Scatter& scatter, const FloodDifference& d) {
   for (std::size_t at = 0; at < d.value.size(); ++at)
     if (d.valid[at] != 0) scatter.add(d.value[at], d.variance[at]);
 }
 
-void add(NeighbourProducts& sums, const BlockTree& tree, const Difference& d) {
+void add(NeighbourProducts& sums, const BlockTree& tree, const FloodDifference& d) {
   const Grid grid = tree.grid();
   const std::size_t pixels = grid.size();
   std::vector<double> raster(pixels);
@@ -110,7 +110,7 @@ void add(NeighbourProducts& sums, const BlockTree& tree, const Difference& d) {
 }
 
 /// Σ d² over Σ v, and its standard deviation where noise is independent.
-struct Ratio : Scatter {
+struct VarianceRatio : Scatter {
   bool known() const { return samples >= kFewest && variance > 0; }
   double value() const { return known() ? squares / variance : NoiseCheck::kUnknown; }
   double sigma() const { return std::sqrt(2 * variance_squared) / variance; }
@@ -126,7 +126,7 @@ struct Neighbours : NeighbourProducts {
 };
 
 /// RMS of a difference as a share of the RMS light.
-double scatter_share(const Difference& d, const Flood& light) {
+double scatter_share(const FloodDifference& d, const Flood& light) {
   double squares = 0, signal = 0;
   for (std::size_t at = 0; at < d.value.size(); ++at) {
     if (d.valid[at] == 0) continue;
@@ -136,7 +136,7 @@ double scatter_share(const Difference& d, const Flood& light) {
   return signal > 0 ? std::sqrt(squares / signal) : 0;
 }
 
-void judge_variance(NoiseCheck& check, const Ratio& between) {
+void judge_variance(NoiseCheck& check, const VarianceRatio& between) {
   check.variance_ratio = between.value();
   if (!between.known()) return;
   const double off = std::abs(check.variance_ratio - 1);
@@ -151,7 +151,7 @@ void judge_variance(NoiseCheck& check, const Ratio& between) {
 
 /// The same by the light between two pixels, either of them lit.
 void judge_mirrored(NoiseCheck& check, const Scatter& mirrored) {
-  const Ratio ratio{mirrored};
+  const VarianceRatio ratio{mirrored};
   if (!ratio.known()) return;
   check.variance_ratio = ratio.value();
   const double off = std::abs(check.variance_ratio - 1);
@@ -163,7 +163,7 @@ void judge_mirrored(NoiseCheck& check, const Scatter& mirrored) {
         check.variance_ratio, mirrored.samples));
 }
 
-void judge_shared(NoiseCheck& check, const Ratio& sum) {
+void judge_shared(NoiseCheck& check, const VarianceRatio& sum) {
   check.shared_ratio = sum.value();
   if (!sum.known()) return;
   // Wrong variances are told once.
@@ -204,7 +204,7 @@ void FloodNoise::add(const TreePhotograph& photograph) {
   if (taken_++ == 0) {
     first_ = sum_ = flood;
   } else {
-    const Difference d = difference(before_, flood);
+    const FloodDifference d = difference(before_, flood);
     acquisition::add(between_, d);
     acquisition::add(neighbours_, tree_, d);
     levels_.push_back(level(first_, flood));
@@ -213,19 +213,32 @@ void FloodNoise::add(const TreePhotograph& photograph) {
   before_ = std::move(flood);
 }
 
+// Three sums that noise alone explains, each Σ difference² / Σ stated variance, 1 if all is as stated:
+// 1. Neighbours in time: a flood-lit photograph less g times the one before. g, by least squares, takes
+//    out the lamp. It tells whether photographs scatter as they state (variance_ratio). Noise that all of
+//    them share is in both and cancels.
+// 2. Parts and whole: half + other half less g times the mean of the flood-lit ones. Light adds up, and
+//    so does noise that is shared: twice in the sum, once in the mean. So this one shows it
+//    (shared_ratio). The same with other patterns that add up to all pixels (besides.parts); the larger
+//    ratio counts.
+// 3. Light between two pixels and back, after brute force: T_ij − T_ji (besides.mirrored), in place of 1
+//    where there is such light.
+// Neighbours in space: the correlation of standardised differences of pixels side by side; 0 is as it
+// should be. A finding needs both: far off (the kGross values), and off beyond chance (six standard
+// deviations; that of a ratio of n samples is √(2/n)).
 NoiseCheck FloodNoise::judge(const TreePhotograph* half, const TreePhotograph* other,
                              const NoiseEvidence& besides) && {
   NoiseCheck check;
   if (taken_ == 0) return check;
-  judge_variance(check, Ratio{between_});
+  judge_variance(check, VarianceRatio{between_});
   judge_mirrored(check, besides.mirrored);
   if (half != nullptr && other != nullptr) {
     const Flood sum = sum_of(*half, *other);
     const Flood mean = mean_away();
-    const Difference d = difference(mean, sum);
-    Ratio together;
+    const FloodDifference d = difference(mean, sum);
+    VarianceRatio together;
     acquisition::add(together, d);
-    Ratio parts;
+    VarianceRatio parts;
     if (!besides.parts.empty()) acquisition::add(parts, difference(mean, sum_of(besides.parts)));
     judge_shared(check, parts.known() && parts.value() > together.value() ? parts : together);
     if (taken_ < 2) acquisition::add(neighbours_, tree_, d);

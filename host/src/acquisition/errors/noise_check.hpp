@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/tree_photograph.hpp"
-#include "symrig/acquisition/noise_check.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
+#include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
@@ -56,7 +56,7 @@ class FloodNoise {
 
   /// photograph: of all pixels lit, in the order in which they were taken.
   void add(const TreePhotograph& photograph);
-  /// half, other: photographs of a pattern and its complement, or none. [decisions/error-estimates.md]
+  /// half, other: photographs of a pattern and its complement, or none. [docs/research/error-estimates.md]
   NoiseCheck judge(const TreePhotograph* half, const TreePhotograph* other,
                    const NoiseEvidence& besides = {}) &&;
 

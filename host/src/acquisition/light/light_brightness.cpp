@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/light/light_brightness.hpp"
+#include "acquisition/light/light_tests.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 namespace symrig::acquisition {
 namespace {
 
-/// Less is what lamps do within seven photographs; the noise check reports it (noise_check.hpp).
+/// Less is what lamps do within seven photographs; the noise check reports it (NoiseCheck).
 constexpr double kLittle = 0.005;
 /// More than this is refused even if no cause fits.
 constexpr double kMuch = 0.1;
@@ -26,13 +26,13 @@ double light_of(const Radiance& photograph) {
   return sum;
 }
 
-struct Ratio {
+struct LightRatio {
   double value = 0, sigma = 0;
 };
 
 /// The light of the pixels that two patterns light, over the light that they have in the flood-lit
 /// photograph.
-Ratio lit_over_flood(const LightSeries& series, std::size_t a, std::size_t b) {
+LightRatio lit_over_flood(const LightSeries& series, std::size_t a, std::size_t b) {
   double light = 0, all = 0, variance = 0;
   for (const std::size_t k : {a, b})
     for (std::size_t at = 0; at < series.valid().size(); ++at) {
@@ -41,7 +41,7 @@ Ratio lit_over_flood(const LightSeries& series, std::size_t a, std::size_t b) {
       all += series[LightSeries::kFlood].mean[at];
       variance += static_cast<double>(series[k].variance[at]) + series[LightSeries::kFlood].variance[at];
     }
-  return all > 0 ? Ratio{light / all, std::sqrt(variance) / all} : Ratio{};
+  return all > 0 ? LightRatio{light / all, std::sqrt(variance) / all} : LightRatio{};
 }
 
 LightCause curved(double exponent) {
@@ -160,8 +160,8 @@ Result<BlackAndWhite> look_at_black_and_white(const LightSeries& series, const L
 
 std::optional<LightFault> find_automatic(const LightSeries& series) {
   constexpr double kMore = 1.3;
-  const Ratio half = lit_over_flood(series, LightSeries::kHalf, LightSeries::kOtherHalf),
-              sparse = lit_over_flood(series, LightSeries::kSparse, LightSeries::kOtherSparse);
+  const LightRatio half = lit_over_flood(series, LightSeries::kHalf, LightSeries::kOtherHalf),
+                   sparse = lit_over_flood(series, LightSeries::kSparse, LightSeries::kOtherSparse);
   if (sparse.value < std::max(kMore, 1 + kLightSigmas * sparse.sigma) || sparse.value < half.value)
     return std::nullopt;
   return LightFault{

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_check.hpp"
-#include "acquisition/light/light_columns.hpp"
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/light/light_tests.hpp"
+#include "acquisition/tree/photographer.hpp"
 #include "symrig/acquisition/capture.hpp"
 
 #include <cstdint>
@@ -11,7 +11,6 @@
 #include <vector>
 
 namespace symrig {
-
 namespace {
 
 using namespace acquisition;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/light/light_pixels.hpp"
-
-#include "acquisition/light/light_sums.hpp"
-#include "symrig/base/quantile.hpp"
+#include "acquisition/light/light_series.hpp"
+#include "acquisition/light/light_tests.hpp"
+#include "symrig/base/statistics.hpp"
 
 #include <algorithm>
 #include <array>

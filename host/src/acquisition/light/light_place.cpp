@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/light/light_place.hpp"
-
-#include "acquisition/light/light_sums.hpp"
+#include "acquisition/light/light_series.hpp"
+#include "acquisition/light/light_tests.hpp"
 
 #include <algorithm>
 #include <array>
@@ -25,11 +24,11 @@ double direct(const LightSeries& series, std::size_t at) {
 }
 
 /// Light of photograph k on the pixels that pattern x lights, over their direct light.
-struct Answer {
+struct PixelAnswer {
   double share = 0;    ///< below 1: the pixels lack light if they were lit
   bool known = false;  ///< the direct light is known well enough
 };
-Answer answer_of(const LightSeries& series, const LightMatch& match, std::size_t k, std::size_t x) {
+PixelAnswer answer_of(const LightSeries& series, const LightMatch& match, std::size_t k, std::size_t x) {
   double light = 0, wanted = 0, squares = 0;
   for (std::size_t at = 0; at < series.valid().size(); ++at) {
     if (series.valid()[at] == 0 || series[x].lit[at] == 0) continue;
@@ -116,10 +115,10 @@ std::optional<LightFault> find_missing_light(const LightSeries& series, const Li
   if (!match.follows()) return std::nullopt;
   if (auto dark = find_dark_half(series)) return dark;
   for (std::size_t k = LightSeries::kSparse; k < LightSeries::kCount; ++k) {
-    const Answer own = answer_of(series, match, k, k);
+    const PixelAnswer own = answer_of(series, match, k, k);
     if (!own.known || own.share > kLacks) continue;
     for (const std::size_t x : {k - 1, k + 1 < LightSeries::kCount ? k + 1 : k - 1}) {
-      const Answer other = answer_of(series, match, k, x);
+      const PixelAnswer other = answer_of(series, match, k, x);
       if (other.known && other.share > kHas)
         return LightFault{
             fmt::format(

@@ -43,14 +43,14 @@ double correlation_of(Grid grid, std::span<const float> a, std::span<const float
   return spread > 0 ? (xy - x * y / n) / std::sqrt(spread) : 0;
 }
 
-struct Motion {
+struct PictureMotion {
   int row = 0, col = 0;
   double in_place = 0, there = 0;
 };
 /// Where the second picture lies on the first one.
-Motion motion_of(Grid grid, std::span<const float> first, std::span<const float> second) {
+PictureMotion motion_of(Grid grid, std::span<const float> first, std::span<const float> second) {
   constexpr int kReach = 8;
-  Motion best;
+  PictureMotion best;
   best.in_place = best.there = correlation_of(grid, second, first, 0, 0);
   const int rows = std::min(kReach, grid.rows / 4), cols = std::min(kReach, grid.cols / 4);
   for (int row = -rows; row <= rows; ++row)
@@ -177,7 +177,7 @@ Result<void> LightWitness::prove(const Pattern& pattern, const Picture& picture,
 
 Result<void> LightWitness::check_place(const Picture& first, const Picture& again, const char* what) const {
   constexpr double kExplains = 0.5;
-  const Motion motion = motion_of(grid(), first.light, again.light);
+  const PictureMotion motion = motion_of(grid(), first.light, again.light);
   const bool moved =
       (motion.row != 0 || motion.col != 0) && 1 - motion.there < kExplains * (1 - motion.in_place);
   if (!moved) return {};

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/light/light_check.hpp"
-#include "symrig/acquisition/forwarding_probe.hpp"
+#include "symrig/acquisition/probe.hpp"
 
 #include <cstdint>
 #include <span>

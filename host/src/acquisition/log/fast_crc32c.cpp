@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/log/fast_crc32c.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
 
 #include <array>
 #include <bit>

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/log/appended_file.hpp"
-#include "acquisition/log/fast_crc32c.hpp"
-#include "acquisition/log/log_head.hpp"
 #include "acquisition/log/photograph_record.hpp"
+#include "symrig/acquisition/internal/fast_crc32c.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -25,12 +24,12 @@ using acquisition::Record;
 constexpr std::uint32_t kRecordMagic = 0x544F4850;  // "PHOT"
 
 /// Before every record.
-struct RecordFront {
+struct RecordFrame {
   std::uint32_t magic;
   std::uint32_t crc;  ///< of the record
   std::uint64_t bytes;
 };
-static_assert(sizeof(RecordFront) == 16);
+static_assert(sizeof(RecordFrame) == 16);
 
 /// When to wait for the disk: every five seconds, or less often where that would take more than a twentieth
 /// of the time.
@@ -106,7 +105,7 @@ class FileLog final : public PhotographLog {
 
 /// The record that begins at `offset`, if it is there and sound; buffer holds its bytes then.
 Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset, Record& buffer) const {
-  RecordFront front{};
+  RecordFrame front{};
   if (file_.size() - offset < sizeof front) return std::optional<Place>();
   SYMRIG_CHECK(file_.read(offset, std::as_writable_bytes(std::span(&front, 1))));
   const auto [binary, grey] = acquisition::record_sizes(shape_);
@@ -201,7 +200,7 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
 }
 
 Result<void> FileLog::append_record(const Record& record) {
-  const RecordFront front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
+  const RecordFrame front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
   const std::uint64_t begin = file_.size();
   SYMRIG_CHECK(file_.append(std::as_bytes(std::span(&front, 1)), record));
   records_.push_back(place_of(begin + sizeof front, front.crc, record));

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/polish.hpp"
 
-#include "acquisition/refine/exact_sums.hpp"
-#include "acquisition/refine/most_light.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
 
 #include <algorithm>
 #include <array>
@@ -122,7 +121,7 @@ const PolishTeam& alone() {
 
 }  // namespace
 
-Polish::Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+Polish::Polish(const SearchFacts& facts, const Photographer& photographer, KnownTransport& known,
                std::vector<LogRange> photographs, std::vector<double> misfit)
     : Polish(
           alone(), std::span(&known, 1), photographer,
@@ -383,6 +382,20 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
   return Outcome{before, before};
 }
 
+// One step of Gauss-Newton with Levenberg's damping for φ = Σ w (y − T p)² (polish.hpp):
+//
+//   (Jᵀ W J + λ D) move = Jᵀ W residual,    D = diagonal of Jᵀ W J,  λ = kDamping
+//
+// J: derivative of the photographs by all factors and scalars. A leaf a b' and its mirror give δ(T p) =
+// δa (b' p) + a (δb' p) + δb (a' p) + b (δa' p). J is never formed: `respond` gives J x, `gather` Jᵀ x.
+// 1. All photographs: what is left of them, their weights, φ, the right side and D. They stay in memory
+//    if they fit (kept_); otherwise each later pass reads them again.
+// 2. `steps` conjugate-gradient steps with D as preconditioner. Each passes through the photographs once
+//    (curved): J direction, times W, back through Jᵀ.
+// 3. No leaf's factors move by more than half their length (shorten), because the model leaves
+//    out δa δb'.
+// 4. φ at the new place. While it is above the old one, half of the move; after kHalvings nothing moves.
+// Several processes (PolishTeam) share steps 1 and 2 by their sums, so all come to the same decisions.
 Result<Polish::Outcome> Polish::step(int steps) {
   Numbers residual = zeros();
   Numbers diagonal = zeros();

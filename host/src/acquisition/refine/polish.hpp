@@ -2,17 +2,61 @@
 #pragma once
 
 #include "acquisition/refine/polish_jacobian.hpp"
-#include "acquisition/refine/polish_team.hpp"
-#include "acquisition/search/known_transport.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/scene_facts.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/search_facts.hpp"
+#include "symrig/base/result.hpp"
 
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
 namespace symrig::acquisition {
+
+/// Rounds numbers to multiples of one power of two q. As long as a sum of them stays below 2⁵³ q, doubles
+/// hold it exactly, so it has the same bits in any order. [Demmel13]
+/// error: ≤ q / 2 = 2⁻⁵⁰ most a number.
+class ExactSums {
+ public:
+  /// most: bounds each number, and the sum of the magnitudes of those that are added up. Both may be twice
+  /// that: whoever computes numbers in floats exceeds his bound by their rounding.
+  explicit ExactSums(double most) {
+    int exponent = 0;  // most < 2^exponent
+    static_cast<void>(std::frexp(most, &exponent));
+    // Numbers up to 2^(exponent + 1) = 2⁵¹ q leave shift + number between 2⁵² q and 2⁵³ q, where doubles are
+    // multiples of q.
+    shift_ = most > 0 ? std::ldexp(1.5, exponent - 50 + 52) : 0;
+  }
+  double rounded(float number) const { return (static_cast<double>(number) + shift_) - shift_; }
+
+ private:
+  double shift_;
+};
+
+/// How the transport of a polish is dealt. T is the sum of parts, and each of several processes has some of
+/// them. All processes run the same polish on the same photographs: each call here is made by all of them, in
+/// the same order. This class is one process with all of T in one part.
+class PolishTeam {
+ public:
+  PolishTeam() = default;
+  PolishTeam(const PolishTeam&) = delete;
+  PolishTeam& operator=(const PolishTeam&) = delete;
+  virtual ~PolishTeam() = default;
+
+  /// Parts of all processes together.
+  virtual std::size_t parts() const { return 1; }
+  /// The number of the first part here; the others here follow it. Exactly one process has part 0.
+  virtual std::size_t first() const { return 0; }
+
+  /// Each value becomes its sum over the processes, on all of them. The sums are exact in any order
+  /// (ExactSums), so how many processes there are changes no bit.
+  virtual void add_up(std::span<double> /*values*/) const {}
+  /// The first failure of any process, on all of them.
+  virtual Result<void> all(const Result<void>& mine) const { return mine; }
+};
 
 /// Fits every number of the known transport (leaf factors and scalars) to all photographs at once:
 ///   minimise φ = Σ_k Σ_i w_ik (y_ik − (T p_k)_i)²,  w = 1 / (Var + misfit²)
@@ -36,7 +80,7 @@ namespace symrig::acquisition {
 class Polish {
  public:
   /// misfit: mean square a sample may miss, a channel.
-  Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+  Polish(const SearchFacts& facts, const Photographer& photographer, KnownTransport& known,
          std::vector<LogRange> photographs, std::vector<double> misfit);
   /// parts: those of T that this process has. pixels: of the grid. All must outlive this.
   struct Photographs {

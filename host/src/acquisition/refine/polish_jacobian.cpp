@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/polish_jacobian.hpp"
 
-#include "acquisition/refine/polish_kernels.hpp"
-
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -63,9 +63,9 @@ Sixteen leverage(const float* v, const float* pattern, std::size_t n) {
 }
 
 /// Terms of the sums for one factor, added up together.
-class Sums {
+class TermSums {
  public:
-  Sums(float* to, std::size_t n) : to_(to), n_(n) {}
+  TermSums(float* to, std::size_t n) : to_(to), n_(n) {}
   void add(const float* samples, const Sixteen& weight) {
     terms_[count_++] = {samples, weight};
     if (count_ == terms_.size()) finish();
@@ -217,8 +217,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
                             PolishNumbers& gradient) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
-    Sums of_a(&gradient[at.a], at.rows);
-    Sums of_b(&gradient[at.b], at.cols);
+    TermSums of_a(&gradient[at.a], at.rows);
+    TermSums of_b(&gradient[at.b], at.cols);
     for (std::size_t k = 0; k < batches.size(); ++k) {
       const LitSides lit(batches[k], leaf);
       const float* const p = batches[k].pattern.data();
@@ -260,8 +260,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
 void PolishJacobian::add_diagonal(std::span<const PolishBatch> batches, PolishNumbers& diagonal) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
-    Sums of_a(&diagonal[at.a], at.rows);
-    Sums of_b(&diagonal[at.b], at.cols);
+    TermSums of_a(&diagonal[at.a], at.rows);
+    TermSums of_b(&diagonal[at.b], at.cols);
     for (const PolishBatch& batch : batches) {
       const LitSides lit(batch, leaf);
       const float* const p = batch.pattern.data();
@@ -290,6 +290,82 @@ void PolishJacobian::add_diagonal(std::span<const PolishBatch> batches, PolishNu
       if (row != col) diagonal[at] += squares(p + row, w + col);
     }
   });
+}
+
+namespace {
+
+double sum_of_magnitudes(const float* values, std::size_t n) {
+  double sum = 0;
+  for (std::size_t k = 0; k < n; ++k) sum += std::abs(static_cast<double>(values[k]));
+  return sum;
+}
+
+/// Σ over leaves of what each may add to a pixel, in one channel.
+class Most {
+ public:
+  explicit Most(std::size_t pixels) : pixels_(pixels) {}
+
+  /// The leaf a b' and its mirror image.
+  void add(const LeafNumbers& at, const float* a, const float* b, bool mirrored) {
+    add_side(at.row_begin, a, at.rows, sum_of_magnitudes(b, at.cols));
+    if (mirrored) add_side(at.col_begin, b, at.cols, sum_of_magnitudes(a, at.rows));
+  }
+  void add(const ScalarLeaf& scalar, float value) {
+    const double magnitude = std::abs(static_cast<double>(value));
+    pixels_[static_cast<std::size_t>(scalar.row)] += magnitude;
+    if (scalar.row != scalar.col) pixels_[static_cast<std::size_t>(scalar.col)] += magnitude;
+  }
+  double largest() const { return *std::max_element(pixels_.begin(), pixels_.end()); }
+
+ private:
+  void add_side(std::size_t begin, const float* values, std::size_t n, double light) {
+    for (std::size_t k = 0; k < n; ++k)
+      pixels_[begin + k] += std::abs(static_cast<double>(values[k])) * light;
+  }
+
+  std::vector<double> pixels_;
+};
+
+/// add_leaf(most, leaf, its numbers) for the leaves, scalar_values: [scalar][channel].
+template <class AddLeaf>
+double most_of(const KnownTransport& known, int channels, std::size_t pixels, const AddLeaf& add_leaf,
+               const float* scalar_values) {
+  double largest = 0;
+  for (std::size_t channel = 0; channel < static_cast<std::size_t>(channels); ++channel) {
+    Most most(pixels);
+    for (const KnownLeaf& leaf : known.leaves())
+      if (!leaf.removed) add_leaf(most, leaf, numbers_of(leaf, channel));
+    const auto scalars = known.scalars();
+    for (std::size_t k = 0; k < scalars.size(); ++k)
+      most.add(scalars[k], scalar_values[k * static_cast<std::size_t>(channels) + channel]);
+    largest = std::max(largest, most.largest());
+  }
+  return largest;
+}
+
+}  // namespace
+
+double most_light(const KnownTransport& known, int channels, std::size_t pixels) {
+  const float* const value = known.factors().data();
+  return most_of(
+      known, channels, pixels,
+      [&](Most& most, const KnownLeaf& leaf, const LeafNumbers& at) {
+        most.add(at, value + at.a, value + at.b, !leaf.diagonal());
+      },
+      known.scalar_values().data());
+}
+
+double most_change(const KnownTransport& known, int channels, std::size_t pixels,
+                   const PolishNumbers& direction) {
+  const float* const value = known.factors().data();
+  return most_of(
+      known, channels, pixels,
+      [&](Most& most, const KnownLeaf& leaf, const LeafNumbers& at) {
+        if (!polished(leaf)) return;
+        most.add(at, value + at.a, direction.data() + at.b, true);
+        most.add(at, direction.data() + at.a, value + at.b, true);
+      },
+      direction.data() + known.factors().size());
 }
 
 }  // namespace symrig::acquisition

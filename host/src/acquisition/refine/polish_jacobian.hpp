@@ -1,14 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/known_transport.hpp"
-#include "tensor/kernels.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "symrig/tensor/internal/kernels.hpp"
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
 namespace symrig::acquisition {
+
+/// Samples of sixteen photographs and what each photograph weighs.
+struct PhotographTerm {
+  const float* samples;                      ///< [pixel][kBatch]
+  std::array<float, tensor::kBatch> weight;  ///< [kBatch]
+};
+
+/// to[i] += Σ_terms Σ_c samples[i][c] weight[c] over n pixels: batches of photographs collapse into one
+/// image. error: ≤ (terms × kBatch + 1) ε Σ|samples weight|; the same bits for any number of threads, not for
+/// any instruction set.
+void collapse(std::span<const PhotographTerm> terms, float* to, std::size_t n);
 
 /// One for each factor of the known transport, in their order, then one for each scalar value.
 using PolishNumbers = PagedVector<float>;
@@ -77,5 +89,13 @@ class PolishJacobian {
   std::size_t channels_;
   Work work_;
 };
+
+/// Bounds on what any pattern of values from 0 to 1 gives in any sample, and on every sum of leaves on the
+/// way: max_i Σ_leaf |a_i| Σ|b|, in doubles.
+/// Of T p.
+double most_light(const KnownTransport& known, int channels, std::size_t pixels);
+/// Of J direction.
+double most_change(const KnownTransport& known, int channels, std::size_t pixels,
+                   const PolishNumbers& direction);
 
 }  // namespace symrig::acquisition

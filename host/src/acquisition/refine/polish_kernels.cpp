@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compiled for every instruction set that Highway knows and chosen at run time.
-#include "acquisition/refine/polish_kernels.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "acquisition/refine/polish_kernels.cpp"

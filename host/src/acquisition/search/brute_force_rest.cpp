@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/brute_force_rest.hpp"
 
-#include "acquisition/baseline/sparse_column.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -110,13 +110,13 @@ class Symmetric {
 };
 
 /// An entry of T as one photograph shows it, or two.
-struct Reading {
+struct EntryReading {
   double value = 0, variance = 0;
   bool measured = false;
 };
 
 /// Two readings of one entry: their mean weighted by inverse variance.
-Reading both(const Reading& a, const Reading& b) {
+EntryReading both(const EntryReading& a, const EntryReading& b) {
   if (!a.measured || !b.measured) return a.measured ? a : b;
   const double sum = a.variance + b.variance;
   const double weight = sum > 0 ? b.variance / sum : 0.5;
@@ -145,7 +145,7 @@ std::int64_t BruteForceRest::bytes(std::int64_t pixels, int channels) {
   return pixels * pixels * kEach * channels;
 }
 
-Result<BruteForceRest> BruteForceRest::take(const SceneFacts& facts, Photographer& photographer,
+Result<BruteForceRest> BruteForceRest::take(const SearchFacts& facts, Photographer& photographer,
                                             const TransportTensor& known) {
   BruteForceRest all;
   all.pixels_ = facts.tree.order().size();
@@ -218,12 +218,12 @@ void BruteForceRest::mirror(Channel& channel) const {
   const auto reading = [&channel](std::size_t at) {
     const float variance = channel.variance[at];
     const bool measured = !std::isnan(variance);
-    return Reading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
-                   measured};
+    return EntryReading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
+                        measured};
   };
   for (std::size_t i = 0; i < pixels_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
-      const Reading entry = both(reading(at(i, j)), reading(at(j, i)));
+      const EntryReading entry = both(reading(at(i, j)), reading(at(j, i)));
       if (!entry.measured) continue;
       channel.value[at(i, j)] = channel.value[at(j, i)] = static_cast<float>(entry.value);
       channel.variance[at(i, j)] = channel.variance[at(j, i)] = static_cast<float>(entry.variance);
@@ -258,7 +258,21 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   return prior;
 }
 
-/// T_UU of a channel, from photographs of patterns. number: of the channel.
+// T_UU of a channel, from photographs of patterns. number: of the channel. L: pixels that were lit alone,
+// U: the others. Of T, only T_UU is not known, and each photograph y of a pattern p shows on U
+//
+//   y_U = T_UL p_L + T_UU p_U     so that, over all photographs,     P_U E = R − P_U X
+//
+// X: what is expected of T_UU (Prior), E: how far T_UU lies from it, R = Y_U − P_L T_LU.
+//
+// 1. X: what the search knew, or 0 where the pixels lit alone say that it knew nothing. The diagonal: the
+//    mean of the direct light of L.
+// 2. R and its variance: that of y, that of the subtracted entries of T_LU, and the rounding of y.
+// 3. Weights of prior: 1 over the mean square that T_LU lies from X, within what numbers can hold.
+// 4. E minimises Σ (P_U E − R)² / Var + Σ E² / prior over symmetric E: conjugate gradients on the normal
+//    equations (Symmetric). The prior decides what the patterns leave open: of rank r they leave
+//    (m − r)(m − r + 1) / 2 numbers.
+// 5. T_UU = X + E. Its entries count as sure as the surest sample, so that none is gated away as noise.
 void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others,
                           const Work& work) const {
   const Prior prior = prior_of(channels_[number]);

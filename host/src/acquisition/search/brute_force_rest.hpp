@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/errors/noise_check.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/scene_facts.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/search_facts.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -19,14 +19,14 @@ namespace symrig::acquisition {
 ///   prior
 /// The prior is how far T_LU lies from what the search found, or from 0 where that is nearer. For the
 /// diagonal it is how far T_LL's diagonal lies from its mean. error: patterns of rank r leave (m − r)(m − r +
-/// 1) / 2 numbers of T_UU to the prior (docs/decisions/not-data-sparse.md).
+/// 1) / 2 numbers of T_UU to the prior (docs/research/not-data-sparse.md).
 class BruteForceRest {
  public:
   /// Memory for a grid of so many pixels.
   static std::int64_t bytes(std::int64_t pixels, int channels);
 
   /// Takes the photographs of single pixels. known: what the search knew.  fails: as Photographer::take.
-  static Result<BruteForceRest> take(const SceneFacts& facts, Photographer& photographer,
+  static Result<BruteForceRest> take(const SearchFacts& facts, Photographer& photographer,
                                      const TransportTensor& known);
 
   /// The photographs of single pixels against each other: T_ij − T_ji.

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/errors/gain_evidence.hpp"
-#include "acquisition/refine/level_light.hpp"
-#include "acquisition/search/known_transport.hpp"
-#include "acquisition/search/node.hpp"
-#include "acquisition/search/prediction.hpp"
-#include "acquisition/search/scene_facts.hpp"
+#include "acquisition/errors/checks.hpp"
+#include "acquisition/errors/error_estimate.hpp"
+#include "acquisition/errors/gain_mismatch.hpp"
+#include "acquisition/refine/direct_light.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "acquisition/tree/node.hpp"
+#include "acquisition/tree/rank_test.hpp"
+#include "acquisition/tree/search_facts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -17,7 +19,7 @@ namespace symrig::acquisition {
 
 /// What a search has found so far.
 struct Findings {
-  explicit Findings(const SceneFacts& facts)
+  explicit Findings(const SearchFacts& facts)
       : known(facts.tree, facts.channels, facts.options.work),
         decay(facts.options.economy.decay),
         gain(facts.tree) {
@@ -40,9 +42,27 @@ struct Findings {
                        [](const NodeLevel& level) { return !level.nodes().empty(); });
   }
   /// No node is unknown any more.
-  void close_all(const SceneFacts& facts) {
+  void close_all(const SearchFacts& facts) {
     for (NodeLevel& level : open) level = NodeLevel(facts.tree, level.level(), facts.channels);
   }
 };
+
+// What is assumed of nodes that no photograph has tested, so that the tensor is complete at any moment.
+
+/// Assumed transport of the unknown nodes. A pair of different blocks is the product of its images. A block
+/// with itself is direct light alone, or also the product of its images.
+struct Assumption {
+  bool direct = true;  ///< of blocks with themselves
+  ErrorBar error;      ///< estimated frobenius error if the search ended here
+};
+
+/// The assumption that the checks contradict less. Changes nothing that is known.
+Assumption better_assumption(const SearchFacts& facts, Findings& found, Checks& checks);
+
+/// The tensor with all unknown nodes as assumed. Changes nothing that is known.
+TensorBuilder assumed_draft(const SearchFacts& facts, Findings& found, bool direct);
+
+/// Stores all unknown nodes as assumed. checks: may be nullptr; then blocks with themselves are direct light.
+void accept_open(const SearchFacts& facts, Findings& found, Checks* checks);
 
 }  // namespace symrig::acquisition

@@ -3,25 +3,21 @@
 #include "acquisition/algorithms.hpp"
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/light/light_check.hpp"
-#include "acquisition/refine/finishing.hpp"
 #include "acquisition/refine/merging.hpp"
-#include "acquisition/search/assumptions.hpp"
 #include "acquisition/search/brute_force_rest.hpp"
 #include "acquisition/search/budget.hpp"
-#include "acquisition/search/budget_tolerance.hpp"
-#include "acquisition/search/capture_forecast.hpp"
-#include "acquisition/search/exposure_forecast.hpp"
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/flood_lit.hpp"
+#include "acquisition/search/finishing.hpp"
+#include "acquisition/search/forecasts.hpp"
 #include "acquisition/search/level_search.hpp"
 #include "acquisition/search/placement.hpp"
 #include "acquisition/search/reopening.hpp"
 #include "acquisition/search/short_range.hpp"
-#include "acquisition/search/sparseness.hpp"
-#include "acquisition/search/target_tolerance.hpp"
+#include "acquisition/search/tolerance.hpp"
+#include "acquisition/tree/node.hpp"
 #include "symrig/acquisition/views.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/time.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +36,7 @@ constexpr std::size_t kEndless = std::size_t{1} << 40;
 class Hierarchy {
  public:
   /// checks: of a search before this one, if there was one.
-  Hierarchy(SceneFacts& facts, Photographer& photographer, const FloodLit& flood,
+  Hierarchy(SearchFacts& facts, Photographer& photographer, const FloodLit& flood,
             std::optional<Checks> checks)
       : facts_(facts), photographer_(photographer), flood_(flood), checks_(std::move(checks)) {}
 
@@ -69,7 +65,7 @@ class Hierarchy {
   const CaptureSettings& options() const { return facts_.options; }
   Checks* checks() { return checks_ ? &*checks_ : nullptr; }
 
-  SceneFacts& facts_;
+  SearchFacts& facts_;
   Photographer& photographer_;
   const FloodLit& flood_;
   const bool may_be_finer_ = facts_.coarseness.steps > 0;
@@ -354,7 +350,7 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
   std::optional<Checks> checks;
   CaptureResult result;
   for (bool again = true; again;) {
-    SceneFacts facts{
+    SearchFacts facts{
         options, tree, probe.channels(), flood.squared, probe.residual_shift(), target.coarseness()};
     Hierarchy search(facts, photographer, flood, std::move(checks));
     SYMRIG_TRY(CaptureResult found, search.run(probe.plans_exposures(kEndless)));

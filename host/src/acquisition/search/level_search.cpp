@@ -2,9 +2,8 @@
 #include "acquisition/search/level_search.hpp"
 
 #include "acquisition/search/colouring.hpp"
-#include "acquisition/search/conflict_graph.hpp"
-#include "acquisition/search/residual_shift.hpp"
-#include "acquisition/search/search_forecast.hpp"
+#include "acquisition/search/forecasts.hpp"
+#include "acquisition/tree/tree_photograph.hpp"
 
 #include <algorithm>
 #include <string>

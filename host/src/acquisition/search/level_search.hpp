@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/placement.hpp"
+#include "acquisition/tree/photographer.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -30,7 +30,7 @@ struct Shot {
 class LevelSearch {
  public:
   /// unknown: the nodes of the level.
-  LevelSearch(const SceneFacts& facts, Photographer& photographer, Findings& found, NodeLevel& unknown)
+  LevelSearch(const SearchFacts& facts, Photographer& photographer, Findings& found, NodeLevel& unknown)
       : facts_(facts), photographer_(photographer), found_(found), unknown_(unknown) {}
 
   /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
@@ -97,7 +97,7 @@ class LevelSearch {
   void learn(std::span<const Tested> tested);
   std::vector<NodeIndex> take_back();
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   Photographer& photographer_;
   Findings& found_;
   NodeLevel& unknown_;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/placement.hpp"
 
-#include "acquisition/search/prediction.hpp"
-#include "acquisition/search/shrink.hpp"
+#include "acquisition/tree/rank_test.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,13 +12,66 @@
 namespace symrig::acquisition {
 namespace {
 
+/// The blocks of one level inside a block.
+std::span<const Block> inside(const BlockTree& tree, int level, const Block& around) {
+  const auto blocks = tree.level(level);
+  const auto before = [](const Block& b, std::int32_t begin) { return b.begin < begin; };
+  const auto first = std::lower_bound(blocks.begin(), blocks.end(), around.begin, before);
+  const auto last = std::lower_bound(first, blocks.end(), around.end, before);
+  return {first, last};
+}
+
+}  // namespace
+
+void shrink_noise(const BlockTree& tree, int level, const Block& block, double variance,
+                  std::span<float> image) {
+  std::vector<double> before(image.size() + 1);
+  for (std::size_t t = 0; t < image.size(); ++t) before[t + 1] = before[t] + static_cast<double>(image[t]);
+  const auto mean = [&](const Block& of) {
+    return (before[static_cast<std::size_t>(of.end) - static_cast<std::size_t>(block.begin)] -
+            before[static_cast<std::size_t>(of.begin) - static_cast<std::size_t>(block.begin)]) /
+           of.size();
+  };
+  std::fill(image.begin(), image.end(), static_cast<float>(mean(block)));
+  auto parents = inside(tree, level, block);
+  for (int l = level + 1; l < tree.levels(); ++l) {
+    const auto children = inside(tree, l, block);
+    const auto for_details = [&](const auto& use) {
+      auto child = children.begin();
+      for (const Block& parent : parents) {
+        const double around = mean(parent);
+        for (; child != children.end() && child->end <= parent.end; ++child)
+          if (parent.children > 1) use(*child, mean(*child) - around);
+      }
+    };
+    double energy = 0;
+    for_details([&](const Block& of, double detail) { energy += of.size() * detail * detail; });
+    const auto count = static_cast<double>(children.size() - parents.size());
+    const double keep = energy > 0 ? std::max(0.0, 1 - std::max(0.0, count - 2) * variance / energy) : 0;
+    for_details([&](const Block& of, double detail) {
+      for (std::int32_t t = of.begin; t < of.end; ++t)
+        image[static_cast<std::size_t>(t) - static_cast<std::size_t>(block.begin)] +=
+            static_cast<float>(keep * detail);
+    });
+    parents = children;
+  }
+}
+
+bool is_noisy(std::span<const float> image, double variance) {
+  const double energy = std::inner_product(image.begin(), image.end(), image.begin(), 0.0, std::plus<>(),
+                                           [](float a, float b) { return static_cast<double>(a) * b; });
+  return 4 * variance * static_cast<double>(image.size()) > energy;
+}
+
+namespace {
+
 /// Of a sample, for Work: it is copied to each of four children, and its square is added up.
 constexpr std::int64_t kPlaceOperations = 16;
 
 /// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
 /// sample does not count.
-void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
-               const Estimate& estimate) {
+void add_pixel(const SearchFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
+               const NodeEstimate& estimate) {
   std::vector<float> value(estimate.c_noise.size());
   const auto r = row == col ? estimate.c : estimate.r;
   double noise = 0;
@@ -38,7 +90,7 @@ void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row,
   known.add_scalar(row, col, value, static_cast<float>(noise));
 }
 
-Energy energy_of(const SceneFacts& facts, const Estimate& estimate, std::size_t rows, std::size_t cols) {
+Energy energy_of(const SearchFacts& facts, const NodeEstimate& estimate, std::size_t rows, std::size_t cols) {
   Energy energy;
   for (std::size_t channel = 0; channel < estimate.c_noise.size(); ++channel) {
     if (facts.flood_squared[channel] <= 0) continue;
@@ -71,7 +123,7 @@ struct ChildImages {
 
 /// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
 /// child b.
-void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& parent, const Node& node,
+void add_child(const SearchFacts& facts, KnownTransport& known, const NodeLevel& parent, const Node& node,
                int a, int b, double undecayed, NodeLevel& next, ChildImages& images) {
   const Block& i = parent.block(node.row);
   const Block& j = parent.block(node.col);
@@ -96,7 +148,7 @@ void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& 
 
 }  // namespace
 
-std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+std::int32_t add_leaf(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
                       const Node& node) {
   const Block& i = level.block(node.row);
   const Block& j = level.block(node.col);
@@ -131,7 +183,7 @@ std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const Node
   return leaf;
 }
 
-void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
+void add_direct(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
   std::vector<float> value(facts.channels);
   const Block& block = level.block(node.row);
   for (std::int32_t t = block.begin; t < block.end; ++t) {
@@ -141,8 +193,8 @@ void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel&
   }
 }
 
-void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
-           std::int32_t col, const Estimate& estimate) {
+void place(const SearchFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
+           std::int32_t col, const NodeEstimate& estimate) {
   const Block& i = into.block(row);
   const Block& j = into.block(col);
   const Energy energy =
@@ -157,7 +209,7 @@ void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std:
   }
 }
 
-void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+void settle(const SearchFacts& facts, KnownTransport& known, const NodeLevel& level,
             std::span<const Tested> tested, NodeLevel& next) {
   ChildImages images;
   Tally tally(facts.options.work);
@@ -177,7 +229,7 @@ void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& lev
   }
 }
 
-void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
+void reopen(const SearchFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
   const KnownLeaf& of = known.leaves()[leaf];
   std::vector<float> c, r;
   for (int channel = 0; channel < facts.channels; ++channel) {

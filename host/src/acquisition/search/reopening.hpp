@@ -4,9 +4,10 @@
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/search/budget.hpp"
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
-#include "acquisition/search/rank_test.hpp"
-#include "acquisition/search/sparseness.hpp"
+#include "acquisition/tree/known_transport.hpp"
+#include "acquisition/tree/photographer.hpp"
+#include "acquisition/tree/rank_test.hpp"
+#include "acquisition/tree/search_facts.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -14,13 +15,21 @@
 
 namespace symrig::acquisition {
 
+/// Leaves that the check photographs find wrong, although their own photographs fit. Such a leaf has a block
+/// that is dark while a random half of the pixels is lit. There the tensor misses by over ten tolerances
+/// beyond noise, and by over half the size of its own entries. The leaf shines there strongly enough to have
+/// a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test, and
+/// is found here.
+std::vector<std::int32_t> suspects(const SearchFacts& facts, const KnownTransport& known,
+                                   const std::vector<Checks::Residual>& all);
+
 /// Leaves that the checks find wrong are reopened: the search splits them. Together they may cost a tenth of
 /// the photographs that were taken before. Where they cost more, brute force takes over (Sparseness).
 /// Small blocks may measure mostly noise. If the checks are then missed by more than before, the leaves are
 /// put back. CaptureResult::suspects and the estimated errors report what remains.
 class Reopening {
  public:
-  Reopening(const SceneFacts& facts, const Photographer& photographer, Findings& found, Budget& budget,
+  Reopening(const SearchFacts& facts, const Photographer& photographer, Findings& found, Budget& budget,
             Sparseness& sparseness)
       : facts_(facts), photographer_(photographer), found_(found), budget_(budget), sparseness_(sparseness) {}
 
@@ -43,7 +52,7 @@ class Reopening {
   void reopen_all(std::vector<std::int32_t> leaves, const Comparison& seen);
   void put_back();
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   const Photographer& photographer_;
   Findings& found_;
   Budget& budget_;

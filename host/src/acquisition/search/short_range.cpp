@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/short_range.hpp"
 
-#include "acquisition/errors/dark_excess.hpp"
+#include "acquisition/errors/checks.hpp"
+#include "acquisition/search/forecasts.hpp"
 #include "acquisition/search/level_search.hpp"
 #include "acquisition/search/placement.hpp"
-#include "acquisition/search/search_forecast.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -33,7 +33,7 @@ void for_blocks(const BlockTree& tree, const Use& use) {
 /// The part of an image that lies more than `radius` pixels from a block.
 class Beyond {
  public:
-  explicit Beyond(const SceneFacts& facts) : facts_(facts) {}
+  explicit Beyond(const SearchFacts& facts) : facts_(facts) {}
 
   Energy of(std::span<const float> image, const Block& seen, const Block& lit, int radius,
             std::size_t channel, const PairNoise& noise) const {
@@ -55,11 +55,11 @@ class Beyond {
   }
 
  private:
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
 };
 
 /// True if a node has no light beyond the radius that a test would see.
-bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, int radius) {
+bool within(const SearchFacts& facts, const NodeLevel& level, const Node& node, int radius) {
   if (node.diagonal()) return true;
   const Beyond beyond(facts);
   Energy total;
@@ -80,7 +80,7 @@ bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, i
 }
 
 /// The least radius that covers all unknown light, or more than kLargestRadius.
-int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
+int radius_of(const SearchFacts& facts, const std::vector<NodeLevel>& open) {
   int radius = 0;
   for (const NodeLevel& level : open)
     for (const Node& node : level.nodes()) {
@@ -93,7 +93,7 @@ int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
 
 /// Dark pixels of the check photographs are as dark as empty blocks. noise: variance in units of the
 /// photographs' own.
-bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
+bool dark(const SearchFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
   const DarkExcess excess(residuals, facts.flood_squared);
   const RankRule rule = facts.rule();
   bool all = true;
@@ -115,7 +115,22 @@ NodeLevel& first_open(std::vector<NodeLevel>& open) {
 
 }  // namespace
 
-/// Entry T_ij for every pixel i and every lit pixel j of its comb, from the photographs of all combs.
+// Light that goes p pixels at most is a band of T: T_ij = 0 unless i and j are within p rows and p
+// columns. Comb (y, x) lights the pixels with row ≡ y and column ≡ x modulo 2p + 1. So a camera pixel i
+// has at most one lit pixel j of each comb within reach, and the photograph of the comb shows the entry
+// itself:
+//
+//   photograph_comb(j) (i) = T_ij
+//
+// This is the colouring of [Garg06 §5.2] where any two pixels up to 2p rows and columns apart conflict.
+// (2p + 1)² of them conflict with each other, so no fewer photographs will do. Steps:
+// 1. The patterns of the (2p + 1)² combs, each a list of single pixels, and their photographs.
+// 2. From each photograph, what is known of T by now is subtracted: the rest belongs to the band.
+// 3. T_ij of each unordered pair: the mean of pixel i of j's comb and pixel j of i's comb. Both show it,
+//    because T is symmetric, and the mean has half the variance. For i = j that is one
+//    photograph, of its own comb.
+// 4. The entries go into a band of this radius, which needs no index (KnownTransport::begin_band).
+// The check photographs decide whether the light does end at p (settle).
 Result<void> ShortRange::add_band(int radius) {
   const Grid grid = facts_.tree.grid();
   const int step = 2 * radius + 1;

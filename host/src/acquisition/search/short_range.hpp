@@ -3,7 +3,7 @@
 
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/search/findings.hpp"
-#include "acquisition/search/photographer.hpp"
+#include "acquisition/tree/photographer.hpp"
 
 #include <cstdint>
 #include <set>
@@ -16,7 +16,7 @@ namespace symrig::acquisition {
 /// is defocus, or the spread of optics.
 class ShortRange {
  public:
-  ShortRange(const SceneFacts& facts, Photographer& photographer, Findings& found)
+  ShortRange(const SearchFacts& facts, Photographer& photographer, Findings& found)
       : facts_(facts), photographer_(photographer), found_(found) {}
 
   /// True if it has settled all unknown light; then no node is open. The radius p is the least that no
@@ -31,7 +31,7 @@ class ShortRange {
   Result<void> add_band(int radius);
   bool cheaper_than_levels(std::int64_t combs) const;
 
-  const SceneFacts& facts_;
+  const SearchFacts& facts_;
   Photographer& photographer_;
   Findings& found_;
   std::set<int> refused_;  ///< radii

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/board/board_server.hpp"
-
-#include "board/links/links.hpp"
-#include "board/links/listening_place.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/protocol/busy_answer.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/links.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <array>
 #include <cerrno>
@@ -20,7 +18,7 @@
 namespace symrig {
 namespace {
 
-/// Replies that a host has not taken. One that leaves more is sent away.
+/// [bytes] of replies that a host has not read. With more, it is disconnected.
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20;
 /// 256 kB: all that a socket keeps, so the end of a host that has left is seen before the next one is
 /// answered.
@@ -39,13 +37,13 @@ Result<DeviceUri> simulated_device(const std::string& device) {
 
 }  // namespace
 
-class BoardServer::Serving {
+class BoardServer::ServedBoard {
  public:
-  Serving(std::unique_ptr<Link> board, board::ListeningPlace place)
+  ServedBoard(std::unique_ptr<Link> board, board::ListeningPlace place)
       : board_(std::move(board)), place_(std::move(place)) {}
-  Serving(const Serving&) = delete;
-  Serving& operator=(const Serving&) = delete;
-  ~Serving() = default;
+  ServedBoard(const ServedBoard&) = delete;
+  ServedBoard& operator=(const ServedBoard&) = delete;
+  ~ServedBoard() = default;
 
   void run(const std::function<bool()>& keep_going) {
     const Stopwatch watch;
@@ -137,7 +135,7 @@ class BoardServer::Serving {
   std::vector<Guest> guests_;
 };
 
-BoardServer::BoardServer(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
+BoardServer::BoardServer(std::unique_ptr<ServedBoard> served) : served_(std::move(served)) {}
 BoardServer::BoardServer(BoardServer&&) noexcept = default;
 BoardServer& BoardServer::operator=(BoardServer&&) noexcept = default;
 BoardServer::~BoardServer() = default;
@@ -146,11 +144,11 @@ Result<BoardServer> BoardServer::open(const std::string& device, const std::stri
   SYMRIG_TRY(const DeviceUri simulated, simulated_device(device));
   SYMRIG_TRY(board::ListeningPlace listening, board::ListeningPlace::open(place));
   SYMRIG_TRY(std::unique_ptr<Link> board, board::open_sim_device(simulated));
-  return BoardServer(std::make_unique<Serving>(std::move(board), std::move(listening)));
+  return BoardServer(std::make_unique<ServedBoard>(std::move(board), std::move(listening)));
 }
 
 void BoardServer::run(const std::function<bool()>& keep_going) {
-  serving_->run(keep_going);
+  served_->run(keep_going);
 }
 
 }  // namespace symrig

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/board/discovery.hpp"
+#include "symrig/board/link.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/board/discovery.hpp"
+#include "symrig/board/link.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/wire.hpp"
 
-#include "symrig/protocol/data_chunk.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <algorithm>
 #include <array>

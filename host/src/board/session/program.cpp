@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/board/program.hpp"
 
-#include "base/duration.hpp"
-#include "board/session/names.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/board/internal/explain.hpp"
+#include "symrig/protocol/check_program.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/line_config.hpp"
 #include "symrig/protocol/program.hpp"
@@ -176,6 +179,28 @@ Result<Program> ProgramBuilder::end() {
   put(word_of(Op::end, levels_), 0);
   if (!state_) return state_.error();
   return Program::from_bytes(bytes_);
+}
+
+std::string Finding::line_of_text() const {
+  const std::string where = line.empty() ? "" : fmt::format("line '{}' ", line);
+  return fmt::format("record {}: {}{}: {}; {}", record, where, rule, what, alternative);
+}
+
+std::vector<Finding> lint(const Program& program, const BoardInfo& board, std::span<const LineConfig> lines) {
+  std::vector<Finding> findings;
+  const auto config = board::line_setup(board, lines);
+  if (!config) {
+    findings.push_back({"config", 0, "", config.error().what, config.error().hint});
+    return findings;
+  }
+  protocol::ProgramTiming timing;
+  protocol::check_program({{program.bytes().data(), program.bytes().size()}},
+                          board::program_rules(board, *config), timing,
+                          [&](const protocol::Violation& violation) {
+                            findings.push_back(board::explain(violation, board));
+                            return true;
+                          });
+  return findings;
 }
 
 }  // namespace symrig

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/session/session.hpp"
 
-#include "base/duration.hpp"
-#include "board/session/line_setup.hpp"
-#include "board/session/names.hpp"
-#include "board/session/refusal.hpp"
-#include "symrig/protocol/data_chunk.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/board_forms.hpp"
+#include "symrig/board/internal/explain.hpp"
 #include "symrig/protocol/line_config.hpp"
+#include "symrig/protocol/messages.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -2,13 +2,42 @@
 #pragma once
 
 #include "board/links/wire.hpp"
-#include "board/session/run_log.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/board/program.hpp"
 #include "symrig/protocol/line_config.hpp"
+#include "symrig/protocol/messages.hpp"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string_view>
+
+namespace symrig::board {
+
+/// Collects a run's events in its receipt.
+class RunLog {
+ public:
+  std::function<void(const StepMark&)> on_mark;
+
+  /// Begins the log of a run. `blank` contains the values that are known before the run.
+  void open(const Receipt& blank);
+  void take(const symrig_wire_Event& event);
+
+  bool finished() const { return finished_; }
+  const Receipt& receipt() const { return receipt_; }
+
+ private:
+  void take_done(const symrig_wire_RunDone& done);
+
+  Receipt receipt_;
+  bool started_ = false;
+  bool finished_ = false;
+};
+
+/// Converts a fault of the wire; adds its name and hint.
+FaultInfo to_fault(const symrig_wire_Fault& fault);
+
+}  // namespace symrig::board
 
 namespace symrig {
 

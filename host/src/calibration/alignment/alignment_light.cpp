@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/alignment/alignment_light.hpp"
-
 #include "acquisition/light/light_check.hpp"
+#include "calibration/alignment/coarse_code.hpp"
 
 #include <algorithm>
 #include <cmath>

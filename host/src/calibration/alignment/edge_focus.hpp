@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "calibration/alignment/coarse_edges.hpp"
-#include "calibration/registration/perspective_map.hpp"
+#include "calibration/alignment/coarse_code.hpp"
+#include "calibration/camera_map/perspective_map.hpp"
 #include "symrig/calibration/alignment.hpp"
 
 #include <array>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/calibration/motion_watch.hpp"
-
-#include "calibration/normal_equations.hpp"
+#include "calibration/fitting/least_squares.hpp"
+#include "symrig/calibration/registration.hpp"
 
 #include <cmath>
 

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/registration/register_views.hpp"
-
-#include "calibration/registration/add_blur.hpp"
-#include "calibration/registration/add_ghost.hpp"
-#include "calibration/registration/fitted_maps.hpp"
-#include "calibration/registration/one_view.hpp"
-#include "calibration/registration/own_views.hpp"
-#include "calibration/registration/photograph_each.hpp"
-#include "calibration/registration/scaled_sum.hpp"
-#include "calibration/registration/view_by_view.hpp"
+#include "calibration/cells/ghost_subtraction.hpp"
+#include "calibration/photograph_each.hpp"
+#include "calibration/registration/registration_steps.hpp"
+#include "calibration/registration/views.hpp"
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/calibration/registration.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,6 +17,70 @@
 
 namespace symrig::calibration {
 namespace {
+
+/// One view of a rig of several, as a rig of its own: patterns are on the cells of its tile. Only the pixels
+/// that belong to the view are valid in photographs, because others see the same points from elsewhere.
+class OneView final : public Probe {
+ public:
+  /// rig, own: must outlive this.
+  OneView(Probe& rig, const OwnViews& own, View view)
+      : rig_(rig), own_(own), view_(view), tile_(rig.views().tile(rig.grid(), view)) {}
+
+  Grid grid() const override { return tile_.grid; }
+  Grid camera_grid() const override { return rig_.camera_grid(); }
+  int channels() const override { return rig_.channels(); }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  ProbeCost cost() const override { return rig_.cost(); }
+  std::string describe() const override { return rig_.describe(); }
+
+  /// From now on, photographs have no ghost. It is subtracted before pixels become invalid, because the ghost
+  /// of a pixel near the border of a view comes from pixels of another one.
+  void subtract(GhostSubtraction ghost) { ghost_ = std::move(ghost); }
+  /// The registration of this view: the maps of `whole` on the cells of the tile, and no ghost.
+  /// lit: photograph of the view, lit whole and alone, with its ghost.
+  Registration part_of(const Registration& whole, const Radiance& lit) const;
+
+ private:
+  Radiance of_view(Radiance photograph) const;
+
+  Probe& rig_;
+  const OwnViews& own_;
+  View view_;
+  Tile tile_;
+  std::optional<GhostSubtraction> ghost_;
+};
+
+Result<std::vector<Radiance>> OneView::measure(std::span<const Pattern> patterns) {
+  SYMRIG_CHECK(check_patterns(*this, patterns));
+  std::vector<Pattern> inside;
+  inside.reserve(patterns.size());
+  for (const Pattern& pattern : patterns) {
+    Pattern& whole = inside.emplace_back(rig_.grid());
+    for (int row = 0; row < tile_.grid.rows; ++row)
+      for (int col = 0; col < tile_.grid.cols; ++col)
+        whole.at(tile_.row + row, tile_.col + col) = pattern.at(row, col);
+  }
+  SYMRIG_TRY(auto photographs, rig_.measure(inside));
+  for (Radiance& one : photographs) one = of_view(std::move(one));
+  return photographs;
+}
+
+Radiance OneView::of_view(Radiance photograph) const {
+  if (ghost_) photograph = (*ghost_)(photograph);
+  own_.leave_only(view_, photograph);
+  return photograph;
+}
+
+Registration OneView::part_of(const Registration& whole, const Radiance& lit) const {
+  Registration part = whole;
+  part.cells = tile_.grid;
+  const Point corner{static_cast<double>(tile_.row), static_cast<double>(tile_.col)};
+  for (CameraMap& map : part.maps)
+    map = map.shifted([corner](Point) { return Point{-corner.row, -corner.col}; });
+  part.flood = of_view(lit);
+  part.ghost = {};
+  return part;
+}
 
 /// Of the flood-lit scene. Its noise is in all cells of all photographs.
 constexpr int kFloods = 4;

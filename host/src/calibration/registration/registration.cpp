@@ -1,15 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
-#include "calibration/registration/add_blur.hpp"
-#include "calibration/registration/add_ghost.hpp"
-#include "calibration/registration/comb_pairs.hpp"
-#include "calibration/registration/fitted_maps.hpp"
-#include "calibration/registration/photograph_each.hpp"
-#include "calibration/registration/reciprocal_shift.hpp"
-#include "calibration/registration/register_views.hpp"
-#include "calibration/registration/scaled_sum.hpp"
-#include "calibration/registration/shared_grid.hpp"
+#include "calibration/camera_optics/combs.hpp"
+#include "calibration/photograph_each.hpp"
+#include "calibration/registration/registration_steps.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
@@ -232,6 +226,13 @@ Result<void> require_coaxial(const Parallax& parallax) {
                   "apart in the map, and {:.1f} is the most that a symmetric transport allows",
                   parallax.range, kMostParallax),
       "align them with symrig align, or make the cells larger"};
+}
+
+std::optional<ExpectedIndirect> expected_indirect(const Registration& registration, ViewLayout views) {
+  constexpr double kSurfaces = 0.22, kScattering = 1.1;
+  if (!views.single() || registration.weighting() != Weighting::cores) return std::nullopt;
+  const double pixels = registration.pixels_per_cell();
+  return ExpectedIndirect{kSurfaces / pixels, kScattering / (pixels * pixels)};
 }
 
 }  // namespace symrig

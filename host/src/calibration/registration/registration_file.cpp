@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/calibration/registration_file.hpp"
-
-#include "tensor/file_values.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "tensor/h5_file.hpp"
+#include "tensor/scene_file.hpp"
 
 #include <algorithm>
 #include <array>

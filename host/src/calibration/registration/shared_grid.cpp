@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/registration/shared_grid.hpp"
-
-#include "calibration/registration/spline_surface.hpp"
+#include "calibration/fitting/spline_surface.hpp"
+#include "calibration/registration/registration_steps.hpp"
+#include "symrig/calibration/camera_optics.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
-#include "symrig/calibration/ghost.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/genicam/features.hpp"
 
-#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -2,13 +2,12 @@
 #pragma once
 
 #include "camera/frame_queue.hpp"
-#include "camera/frame_reader.hpp"
-#include "camera/genicam/clock_map.hpp"
 #include "camera/genicam/features.hpp"
-#include "camera/genicam/frame_numbers.hpp"
-#include "camera/genicam/glib.hpp"
-#include "camera/genicam/negotiate.hpp"
-#include "camera/genicam/stream_socket.hpp"
+#include "camera/genicam/set_up.hpp"
+#include "symrig/board/clock_model.hpp"
+#include "symrig/camera/internal/counts.hpp"
+#include "symrig/camera/internal/frame_reader.hpp"
+#include "symrig/camera/internal/network.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -19,6 +18,23 @@
 #include <thread>
 
 namespace symrig::camera {
+
+/// The camera's clock against CLOCK_MONOTONIC. The camera latches its clock between two readings of ours, so
+/// the offset is known to half the time between them.
+class ClockMap {
+ public:
+  /// Latches the camera's clock. false: the camera has no such command, or did not answer within 200 µs. Then
+  /// the last offset stays.
+  bool latch(Features& features);
+  /// at: the camera's stamp in nanoseconds. None: no latch has succeeded yet.
+  std::optional<SteadyTime> host(std::uint64_t at) const;
+
+ private:
+  std::optional<Nanoseconds> offset_;  // ours minus the camera's
+};
+
+/// CLOCK_MONOTONIC.
+Nanoseconds monotonic_now();
 
 /// The settings of a stream.
 struct GenicamPlan {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stands in for the driver of GenICam cameras in a build without Aravis.
-#include "camera/genicam/genicam_driver.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 
 namespace symrig::camera {
 namespace {
@@ -31,6 +31,16 @@ std::vector<FoundCamera> find_genicam_cameras() {
 
 Result<CameraInfo> look_at_genicam_camera(std::string_view) {
   return no_aravis();
+}
+
+CameraDriver genicam_driver() {
+  return {"genicam",
+          "GigE Vision and USB3 Vision cameras",
+          kGenicamPath,
+          "genicam:ADDRESS",
+          read_genicam_camera,
+          find_genicam_cameras,
+          look_at_genicam_camera};
 }
 
 }  // namespace symrig::camera

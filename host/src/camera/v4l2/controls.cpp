@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/v4l2/controls.hpp"
-
-#include "symrig/base/nearest_name.hpp"
+#include "camera/v4l2/open_node.hpp"
+#include "symrig/base/text.hpp"
 
 #include <algorithm>
 #include <cctype>

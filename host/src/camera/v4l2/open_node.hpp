@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/v4l2/video_system.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/camera/camera_info.hpp"
+#include "symrig/camera/internal/frame_reader.hpp"
+#include "symrig/camera/internal/video_system.hpp"
+#include "symrig/camera/v4l2_camera.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <cstddef>
@@ -74,5 +77,41 @@ bool is_gone(int reason);
 
 /// A driver's unsigned size as an int; sizes beyond an int become the largest int.
 int as_int(std::uint32_t value);
+
+/// All enabled controls with their values, in the driver's order.
+/// fails: device_lost.
+Result<std::vector<ControlInfo>> read_controls(OpenNode& driver);
+
+/// Finds a control by name or title.
+/// fails: unknown_name (the hint gives the nearest name).
+Result<ControlInfo> find_control(OpenNode& driver, std::string_view name);
+
+/// Reads a value for this control from text: a number, a menu entry, or on/off/true/false.
+/// fails: bad_argument (out of range or between steps; the hint gives the nearest value).
+Result<std::int64_t> control_value(const ControlInfo& control, std::string_view text);
+
+/// Sets the control and reads it back.
+/// fails: bad_argument, device_lost, device_refused (read-only, refused by the driver, or the driver stored
+/// another value).
+Result<void> set_control(OpenNode& driver, const ControlInfo& control, std::int64_t value);
+Result<std::int64_t> get_control(OpenNode& driver, const ControlInfo& control);
+
+// What a camera offers, and the choice of one format.
+
+/// All formats with their sizes and rates, in the driver's order.
+/// fails: device_lost.
+Result<std::vector<FormatOffer>> read_capabilities(OpenNode& driver);
+
+/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": the formats that symrig can read, for error
+/// messages.
+std::string capabilities_text(const std::vector<FormatOffer>& offers);
+
+/// "640x480" or "16x16 to 1024x4096".
+std::string size_text(const SizeOffer& size);
+
+/// Sets the format, size and rate of the settings, and checks what the driver set.
+/// fails: unknown_name (format), bad_argument (bits), device_refused (the driver set something else, or
+/// reports an impossible layout; the error lists what the camera offers), device_lost.
+Result<PictureLayout> negotiate(OpenNode& driver, const CameraSettings& settings);
 
 }  // namespace symrig::camera

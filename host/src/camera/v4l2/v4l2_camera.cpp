@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/v4l2_camera.hpp"
 
-#include "camera/v4l2/controls.hpp"
-#include "camera/v4l2/formats.hpp"
 #include "camera/v4l2/open_node.hpp"
 #include "camera/v4l2/stream.hpp"
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The keys of `[camera]` for the V4L2 driver: docs/rig-file.md.
-#include "camera/v4l2/v4l2_driver.hpp"
 
-#include "camera/driver_parts.hpp"
-#include "camera/v4l2/video_system.hpp"
-#include "image/size_text.hpp"
+#include "camera/v4l2/open_node.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/camera/camera_info.hpp"
+#include "symrig/camera/internal/driver.hpp"
+#include "symrig/camera/internal/video_system.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
+#include "symrig/image/internal/size_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +14,90 @@
 
 #include <fmt/format.h>
 
-namespace symrig::camera {
+namespace symrig {
 namespace {
+
+using camera::OpenNode;
+using camera::VideoSystem;
+
+FoundCamera found_from(VideoSystem& system, const OpenNode& driver) {
+  const auto& identity = driver.identity();
+  return {driver.path(), identity.name, identity.driver, identity.bus, system.serial(driver.path()), {}};
+}
+
+bool means(const FoundCamera& camera, std::string_view wanted) {
+  return camera.path == wanted || camera.serial == wanted || camera.bus == wanted || camera.name == wanted;
+}
+
+/// "/dev/video0 (UVC Camera), /dev/video2 (vivid)"
+std::string list(const std::vector<FoundCamera>& cameras) {
+  std::string text;
+  for (const FoundCamera& camera : cameras) {
+    text += (text.empty() ? "" : ", ") + camera.path;
+    if (!camera.name.empty()) text += " (" + camera.name + ")";
+  }
+  return text;
+}
+
+/// "did you mean 'FLIR'? ", or an empty text.
+std::string nearest_camera(const std::vector<FoundCamera>& all, std::string_view wanted) {
+  std::vector<std::string_view> names;
+  for (const FoundCamera& camera : all)
+    for (const std::string* name : {&camera.name, &camera.serial, &camera.bus, &camera.path})
+      if (!name->empty()) names.push_back(*name);
+  return suggestion(wanted, names);
+}
+
+Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std::vector<FoundCamera>& all,
+                             std::string_view wanted) {
+  if (fitting.size() == 1) return fitting.front().path;
+  if (all.empty())
+    return Error{ErrorCode::device_lost, "no camera found", "connect one; `symrig list` shows the cameras"};
+  if (fitting.empty())
+    return Error{ErrorCode::unknown_name, fmt::format("no camera is called '{}'", wanted),
+                 nearest_camera(all, wanted) + "there are " + list(all)};
+  return Error{ErrorCode::bad_argument,
+               wanted.empty() ? std::string("several cameras found")
+                              : fmt::format("several cameras are called '{}'", wanted),
+               "choose one by its path: " + list(fitting)};
+}
+
+}  // namespace
+
+std::vector<FoundCamera> find_cameras(VideoSystem& system) {
+  std::vector<FoundCamera> found;
+  for (const std::string& path : system.paths()) {
+    auto driver = OpenNode::open(system, path);
+    if (!driver)
+      found.push_back({path, {}, {}, {}, system.serial(path), driver.error()});
+    else if (driver->identity().captures)
+      found.push_back(found_from(system, *driver));
+  }
+  return found;
+}
+
+Result<std::string> choose_camera(VideoSystem& system, std::string_view wanted) {
+  if (wanted.starts_with('/')) return std::string(wanted);
+  const auto all = find_cameras(system);
+  std::vector<FoundCamera> fitting;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(fitting),
+               [&](const FoundCamera& camera) { return wanted.empty() || means(camera, wanted); });
+  return only_one(fitting, all, wanted);
+}
+
+Result<CameraInfo> look_at_camera(VideoSystem& system, std::string_view wanted) {
+  SYMRIG_TRY(const std::string path, choose_camera(system, wanted));
+  SYMRIG_TRY(auto driver, OpenNode::open_camera(system, path));
+  CameraInfo info{found_from(system, driver), {}, {}};
+  SYMRIG_TRY(info.formats, camera::read_capabilities(driver));
+  SYMRIG_TRY(info.controls, camera::read_controls(driver));
+  return info;
+}
+
+}  // namespace symrig
+
+namespace symrig::camera {
+namespace {  // the keys of `[camera]` for the V4L2 driver: docs/rig-file.md
 
 using base::TableReader;
 using base::TomlNode;
@@ -75,8 +158,6 @@ void read_controls(TableReader& table, std::vector<ControlSetting>& controls) {
   }
 }
 
-}  // namespace
-
 std::unique_ptr<CameraSource> read_v4l2_camera(TableReader& table) {
   CameraSettings settings;
   table.read("device", settings.device);
@@ -94,6 +175,22 @@ std::unique_ptr<CameraSource> read_v4l2_camera(TableReader& table) {
 
 std::vector<FoundCamera> find_v4l2_cameras() {
   return find_cameras(linux_video());
+}
+
+Result<CameraInfo> look_at_v4l2_camera(std::string_view path) {
+  return look_at_camera(linux_video(), path);
+}
+
+}  // namespace
+
+CameraDriver v4l2_driver() {
+  return {"v4l2",
+          "cameras with a kernel driver (/dev/video0)",
+          "",
+          "/dev/videoN",
+          read_v4l2_camera,
+          find_v4l2_cameras,
+          look_at_v4l2_camera};
 }
 
 }  // namespace symrig::camera

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/dlp/find_controllers.hpp"
-#include "projector/dlp/plane_projector.hpp"
-#include "projector/driver.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
+#include "symrig/projector/internal/driver.hpp"
+#include "symrig/projector/internal/planes.hpp"
 
 #include <memory>
 #include <string>

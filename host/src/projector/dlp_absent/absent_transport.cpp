@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stands in for the transport to DLP controllers in a build without hidapi.
-#include "projector/dlp/find_controllers.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
 
 namespace symrig::projector::dlp {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reports by hidapi with its hidraw back end: the kernel keeps its driver, and only a udev rule is needed.
-#include "projector/dlp/find_controllers.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/projector/internal/dlp_link.hpp"
 
 #include <algorithm>
 #include <array>

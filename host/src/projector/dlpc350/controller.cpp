@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/dlpc350/controller.hpp"
+
+#include "symrig/projector/internal/dlp.hpp"
+#include "symrig/projector/internal/dlpc350.hpp"
 
 #include <chrono>
 #include <thread>
@@ -179,6 +181,16 @@ Result<Validation> Controller::validate() {
   }
   return Error{ErrorCode::timeout, name() + " did not end the check of its sequence",
                "disconnect its power, and connect it again"};
+}
+
+Result<void> look(Controller& controller, DlpController& found) {
+  SYMRIG_CHECK(dlp::look_at_common(controller, found));
+  SYMRIG_TRY(found.patterns, controller.shows_patterns());
+  SYMRIG_TRY(const dlp::Run run, controller.run());
+  found.running = found.patterns && run == dlp::Run::start;
+  SYMRIG_TRY(const dlp::Signal signal, controller.signal());
+  found.signal = dlp::described(signal);
+  return {};
 }
 
 }  // namespace symrig::projector::dlpc350

@@ -1,11 +1,134 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/dlpc350/video_patterns.hpp"
 
+#include "projector/dlp/plane_source.hpp"
+#include "symrig/projector/internal/dlp.hpp"
+#include "symrig/projector/internal/dlpc350.hpp"
+#include "symrig/projector/internal/driver.hpp"
+
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig::projector::dlpc350 {
+namespace {
+
+std::uint8_t bit(bool set, unsigned place) {
+  return static_cast<std::uint8_t>(set ? 1U << place : 0U);
+}
+
+}  // namespace
+
+std::array<std::uint8_t, kEntryBytes> to_bytes(const TableEntry& entry) {
+  const auto first = static_cast<unsigned>(entry.trigger) | static_cast<unsigned>(entry.plane & 0x3F) << 2U;
+  const auto second =
+      static_cast<unsigned>(entry.bits & 0xF) | static_cast<unsigned>(entry.leds & dlp::kAllLeds) << 4U;
+  const auto third =
+      bit(entry.inverted, 0) | bit(entry.black_after, 1) | bit(entry.swaps_buffer, 2) | bit(entry.joins, 3);
+  return {static_cast<std::uint8_t>(first), static_cast<std::uint8_t>(second),
+          static_cast<std::uint8_t>(third)};
+}
+
+TableEntry entry_of(std::span<const std::uint8_t, kEntryBytes> bytes) {
+  TableEntry entry;
+  entry.trigger = static_cast<Trigger>(bytes[0] & 3U);
+  entry.plane = bytes[0] >> 2U;
+  entry.bits = bytes[1] & 0xF;
+  entry.leds = static_cast<std::uint8_t>(bytes[1] >> 4U & dlp::kAllLeds);
+  entry.inverted = (bytes[2] & 1U) != 0;
+  entry.black_after = (bytes[2] & 2U) != 0;
+  entry.swaps_buffer = (bytes[2] & 4U) != 0;
+  entry.joins = (bytes[2] & 8U) != 0;
+  return entry;
+}
+
+std::vector<TableEntry> video_table(int planes, std::uint8_t leds) {
+  std::vector<TableEntry> table(static_cast<std::size_t>(planes));
+  for (int k = 0; k < planes; ++k) {
+    TableEntry& entry = table[static_cast<std::size_t>(k)];
+    entry.trigger = k == 0 ? Trigger::rising : Trigger::continues;
+    entry.plane = k;
+    entry.leds = leds;
+    entry.swaps_buffer = k == 0;
+    entry.black_after = k + 1 == planes;
+  }
+  return table;
+}
+
+Result<std::uint8_t> delay_code(Nanoseconds delay) {
+  const auto units = std::lround(static_cast<double>(delay.count()) / kDelayUnit);
+  const long code = kNoDelay + units;
+  if (code >= 0 && code <= kMostDelay) return static_cast<std::uint8_t>(code);
+  return Error{ErrorCode::bad_argument,
+               fmt::format("a trigger output cannot be delayed by {:.2f} us",
+                           1e-3 * static_cast<double>(delay.count())),
+               "give -20.05 us to 2.78 us"};
+}
+
+namespace {
+
+using dlp::Run;
+using dlp::Steps;
+
+/// Writes everything that a stopped sequence may change.
+Result<void> write_sequence(Controller& controller, const SavedState& state) {
+  Steps steps;
+  steps.take([&] { return controller.set_source(state.source); });
+  steps.take([&] { return controller.set_pattern_source(state.pattern_source); });
+  steps.take([&] { return controller.set_trigger_mode(state.trigger_mode); });
+  steps.take([&] { return controller.set_inverted(state.inverted); });
+  steps.take([&] { return controller.set_times(state.times); });
+  steps.take([&] { return controller.set_counts(state.counts); });
+  steps.take([&] { return controller.set_table(state.table); });
+  steps.take([&] { return controller.set_trigger_out(1, state.plane_trigger); });
+  steps.take([&] { return controller.set_trigger_out(2, state.frame_trigger); });
+  return std::move(steps).result();
+}
+
+/// A controller runs a sequence only after it has checked it.
+Result<void> run_again(Controller& controller, const SavedState& state) {
+  if (state.run == Run::stop) return {};
+  SYMRIG_TRY(const Validation validation, controller.validate());
+  if (!validation.ok())
+    return Error{ErrorCode::device_refused,
+                 controller.name() + " does not take its earlier sequence again: " + to_string(validation),
+                 "start its sequence with the program that made it"};
+  return controller.set_run(state.run);
+}
+
+}  // namespace
+
+Result<SavedState> read_state(Controller& controller) {
+  SavedState state;
+  SYMRIG_TRY(state.shows_patterns, controller.shows_patterns());
+  SYMRIG_TRY(state.source, controller.source());
+  SYMRIG_TRY(state.pattern_source, controller.pattern_source());
+  SYMRIG_TRY(state.trigger_mode, controller.trigger_mode());
+  SYMRIG_TRY(state.inverted, controller.inverted());
+  SYMRIG_TRY(state.times, controller.times());
+  SYMRIG_TRY(state.counts, controller.counts());
+  SYMRIG_TRY(state.table, controller.table(state.counts.entries));
+  SYMRIG_TRY(state.plane_trigger, controller.trigger_out(1));
+  SYMRIG_TRY(state.frame_trigger, controller.trigger_out(2));
+  SYMRIG_TRY(state.led_enable, controller.led_enable());
+  SYMRIG_TRY(state.led_currents, controller.led_currents());
+  SYMRIG_TRY(state.run, controller.run());
+  return state;
+}
+
+/// The LEDs go last into their earlier state: while the sequence changes, no LED is brighter than it was.
+Result<void> restore_state(Controller& controller, const SavedState& state) {
+  Steps steps;
+  steps.take([&] { return controller.set_run(Run::stop); });
+  steps.take([&] { return write_sequence(controller, state); });
+  steps.take([&] { return controller.show_patterns(state.shows_patterns); });
+  steps.take([&] { return controller.set_led_currents(state.led_currents); });
+  steps.take([&] { return controller.set_led_enable(state.led_enable); });
+  steps.take([&] { return run_again(controller, state); });
+  return std::move(steps).result();
+}
+
 namespace {
 
 using dlp::Run;
@@ -119,3 +242,35 @@ Result<void> VideoPatterns::end() {
 }
 
 }  // namespace symrig::projector::dlpc350
+
+namespace symrig::projector {
+namespace {
+
+constexpr std::string_view kDriverDlpc350 = "dlpc350";
+
+// The keys of `[projector]`: docs/rig-file.md.
+std::unique_ptr<ProjectorSource> read_dlpc350_projector(base::TableReader& table) {
+  dlp::PlaneKeys keys;
+  keys.screen.mode = "912x1140@60";
+  dlpc350::VideoPatternOptions sequence;
+  dlp::read_plane_keys(table, keys, sequence);
+  dlp::read_microseconds(table, "plane_exposure", sequence.exposure_us);
+  constexpr std::array<std::pair<std::string_view, dlpc350::Port>, 2> kPorts{
+      {{"parallel", dlpc350::Port::parallel}, {"fpd-link", dlpc350::Port::fpd_link}}};
+  table.read_choice<dlpc350::Port>("port", sequence.port, kPorts);
+  dlp::read_delay(table, "plane_delay_us", -20.05, 2.78, sequence.plane_delay);
+  dlp::read_delay(table, "frame_delay_us", -20.05, 2.78, sequence.frame_delay);
+  dlp::check_delays(table, sequence);
+  using Source =
+      dlp::PlaneSourceOf<dlpc350::VideoPatterns, dlpc350::Controller, dlpc350::VideoPatternOptions>;
+  return std::make_unique<Source>(dlp::kDlpc350, kDriverDlpc350, std::move(keys), sequence);
+}
+
+}  // namespace
+
+ProjectorDriver dlpc350_driver() {
+  return {kDriverDlpc350, "a DLPC350 that splits the pictures of a screen into bit planes", "controller",
+          read_dlpc350_projector};
+}
+
+}  // namespace symrig::projector

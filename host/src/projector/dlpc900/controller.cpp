@@ -1,9 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/dlpc900/controller.hpp"
+
+#include "symrig/projector/internal/dlp.hpp"
+#include "symrig/projector/internal/dlpc900.hpp"
 
 #include <array>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
 
 namespace symrig::projector::dlpc900 {
+
+dlp::Bytes to_bytes(const TableEntry& entry) {
+  dlp::Bytes bytes;
+  dlp::append(bytes, static_cast<std::uint32_t>(entry.index), 2);
+  dlp::append(bytes, entry.exposure_us, 3);
+  bytes.push_back(static_cast<std::uint8_t>((entry.clears ? 1 : 0) | (entry.bits - 1) << 1U |
+                                            (entry.leds & dlp::kAllLeds) << 4U | (entry.waits ? 0x80 : 0)));
+  dlp::append(bytes, entry.dark_us, 3);
+  bytes.push_back(entry.no_trigger_2 ? 1 : 0);
+  dlp::append(bytes, static_cast<std::uint32_t>(entry.bit) << 11U, 2);  // bits 10:0 are not for video
+  return bytes;
+}
+
+std::vector<TableEntry> video_table(const dlp::Sequence& sequence) {
+  std::vector<TableEntry> table(static_cast<std::size_t>(sequence.planes));
+  for (int k = 0; k < sequence.planes; ++k) {
+    TableEntry& entry = table[static_cast<std::size_t>(k)];
+    entry.index = k;
+    entry.exposure_us = sequence.exposure_us;
+    entry.dark_us = sequence.period_us - sequence.exposure_us;
+    entry.leds = sequence.leds;
+    entry.waits = k == 0;
+    entry.clears = k + 1 == sequence.planes;
+    entry.bit = k;
+  }
+  return table;
+}
+
+std::optional<Mirrors> mirrors_of(std::uint8_t type) {
+  static constexpr std::array<std::pair<std::uint8_t, Mirrors>, 5> kTypes{{{1, {"DLP6500", {1080, 1920}}},
+                                                                           {2, {"DLP9000", {1600, 2560}}},
+                                                                           {3, {"DLP670S", {1600, 2716}}},
+                                                                           {4, {"DLP500YX", {1200, 2048}}},
+                                                                           {5, {"DLP5500", {768, 1024}}}}};
+  for (const auto& [number, mirrors] : kTypes)
+    if (number == type) return mirrors;
+  return std::nullopt;
+}
+
+Result<std::int16_t> delay_us(Nanoseconds delay) {
+  constexpr long kLeast = -20, kMost = 20'000;
+  const long us = std::lround(1e-3 * static_cast<double>(delay.count()));
+  if (us >= kLeast && us <= kMost) return static_cast<std::int16_t>(us);
+  return Error{ErrorCode::bad_argument, fmt::format("a trigger output cannot be delayed by {} us", us),
+               fmt::format("give {} us to {} us", kLeast, kMost)};
+}
+
 namespace {
 
 using dlp::Bytes;
@@ -17,7 +70,7 @@ Command trigger_command(int number) {
 
 }  // namespace
 
-std::string_view name_of(DisplayMode mode) {
+std::string_view name_of(ControllerMode mode) {
   constexpr std::array<std::string_view, 4> kNames{"video", "stored patterns", "video patterns",
                                                    "loaded patterns"};
   return kNames[static_cast<std::size_t>(mode)];
@@ -40,12 +93,12 @@ Result<dlp::Signal> Controller::signal() {
   return signal;
 }
 
-Result<DisplayMode> Controller::display_mode() {
+Result<ControllerMode> Controller::display_mode() {
   SYMRIG_TRY(const std::uint8_t mode, byte(Command::display_mode));
-  return static_cast<DisplayMode>(mode & 3U);
+  return static_cast<ControllerMode>(mode & 3U);
 }
 
-Result<void> Controller::set_display_mode(DisplayMode mode) {
+Result<void> Controller::set_display_mode(ControllerMode mode) {
   return dialogue().write(Command::display_mode, static_cast<std::uint8_t>(mode));
 }
 
@@ -86,6 +139,21 @@ Result<void> Controller::set_trigger_out(int number, const TriggerOut& out) {
   dlp::append(data, static_cast<std::uint16_t>(out.rising), 2);
   dlp::append(data, static_cast<std::uint16_t>(out.falling), 2);
   return dialogue().write(trigger_command(number), data);
+}
+
+/// The flag of an abort stays after each stop, so it tells nothing about the controller's health.
+Result<void> look(Controller& controller, DlpController& found) {
+  SYMRIG_CHECK(dlp::look_at_common(controller, found));
+  SYMRIG_TRY(const std::uint8_t type, controller.mirrors());
+  if (const auto mirrors = mirrors_of(type)) found.mirrors = mirrors->name;
+  SYMRIG_TRY(const dlp::Status status, controller.status());
+  found.healthy = status.initialized() && !status.sequencer_error();
+  SYMRIG_TRY(const ControllerMode mode, controller.display_mode());
+  found.patterns = mode != ControllerMode::video;
+  found.running = found.patterns && status.sequencing();
+  SYMRIG_TRY(const dlp::Signal signal, controller.signal());
+  found.signal = dlp::described(signal);
+  return {};
 }
 
 }  // namespace symrig::projector::dlpc900

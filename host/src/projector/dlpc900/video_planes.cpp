@@ -1,13 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/dlpc900/video_planes.hpp"
+
+#include "projector/dlp/plane_source.hpp"
+#include "symrig/projector/internal/dlp.hpp"
+#include "symrig/projector/internal/dlpc900.hpp"
+#include "symrig/projector/internal/driver.hpp"
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig::projector::dlpc900 {
+namespace {
+
+using dlp::Run;
+using dlp::Steps;
+
+/// In video mode there is no sequence, and the controller refuses to stop one. The mode is written in any
+/// case: it reads wrong for a time after a change.
+Result<void> stop_patterns(Controller& controller) {
+  SYMRIG_TRY(const ControllerMode mode, controller.display_mode());
+  if (mode != ControllerMode::video) SYMRIG_CHECK(controller.set_run(Run::stop));
+  return controller.set_display_mode(ControllerMode::video);
+}
+
+}  // namespace
+
+Result<SavedState> read_state(Controller& controller) {
+  SavedState state;
+  SYMRIG_TRY(state.mode, controller.display_mode());
+  SYMRIG_TRY(state.source, controller.source());
+  SYMRIG_TRY(state.receiver, controller.receiver());
+  SYMRIG_TRY(state.frame_trigger, controller.trigger_out(1));
+  SYMRIG_TRY(state.plane_trigger, controller.trigger_out(2));
+  SYMRIG_TRY(state.led_enable, controller.led_enable());
+  SYMRIG_TRY(state.led_currents, controller.led_currents());
+  return state;
+}
+
+Result<void> write_settings(Controller& controller, const SavedState& state) {
+  Steps steps;
+  steps.take([&] { return stop_patterns(controller); });
+  steps.take([&] { return controller.set_source(state.source); });
+  steps.take([&] { return controller.set_receiver(state.receiver); });
+  steps.take([&] { return controller.set_trigger_out(1, state.frame_trigger); });
+  steps.take([&] { return controller.set_trigger_out(2, state.plane_trigger); });
+  steps.take([&] { return controller.set_led_currents(state.led_currents); });
+  steps.take([&] { return controller.set_led_enable(state.led_enable); });
+  return std::move(steps).result();
+}
+
+Result<void> restore_state(Controller& controller, const SavedState& state) {
+  Steps steps;
+  steps.take([&] { return write_settings(controller, state); });
+  steps.take([&] {
+    return state.mode == ControllerMode::video ? Result<void>() : controller.set_display_mode(state.mode);
+  });
+  return std::move(steps).result();
+}
+
 namespace {
 
 using dlp::Run;
@@ -31,7 +85,7 @@ Result<bool> becomes(Nanoseconds patience, Question question) {
   return false;
 }
 
-std::string lost_table(const std::string& name, DisplayMode mode) {
+std::string lost_table(const std::string& name, ControllerMode mode) {
   return fmt::format(
       "{} was in the mode '{}', and does not tell its pattern table: afterwards, send the table again with "
       "the "
@@ -68,7 +122,7 @@ Result<std::unique_ptr<VideoPlanes>> VideoPlanes::begin(Controller controller,
                  "use a DLP6500, DLP9000, DLP670S, DLP500YX or DLP5500"};
   planes->mirrors_ = mirrors->grid;
   SYMRIG_TRY(planes->found_, read_state(planes->controller_));
-  if (planes->found_->mode != DisplayMode::video)
+  if (planes->found_->mode != ControllerMode::video)
     planes->warnings_.push_back(lost_table(planes->name_, planes->found_->mode));
   SYMRIG_CHECK(planes->write(options));
   SYMRIG_CHECK(planes->await_signal(source, options.lock_patience));
@@ -80,7 +134,7 @@ Result<std::unique_ptr<VideoPlanes>> VideoPlanes::begin(Controller controller,
 
 Result<void> VideoPlanes::write(const VideoPlaneOptions& options) {
   wanted_ = *found_;
-  wanted_.mode = DisplayMode::video;
+  wanted_.mode = ControllerMode::video;
   wanted_.source = kParallel24Bits;
   if (options.port) wanted_.receiver = static_cast<std::uint8_t>(*options.port);
   SYMRIG_TRY(const std::int16_t plane_delay, delay_us(options.plane_delay));
@@ -102,8 +156,8 @@ Result<void> VideoPlanes::await_signal(const dlp::PictureSource& source, Nanosec
 }
 
 Result<void> VideoPlanes::enter_pattern_mode(const VideoPlaneOptions& options) {
-  SYMRIG_CHECK(controller_.set_display_mode(DisplayMode::video_patterns));
-  wanted_.mode = DisplayMode::video_patterns;
+  SYMRIG_CHECK(controller_.set_display_mode(ControllerMode::video_patterns));
+  wanted_.mode = ControllerMode::video_patterns;
   std::this_thread::sleep_for(options.mode_time);
   SYMRIG_TRY(const bool entered, becomes(options.patience, [this]() -> Result<bool> {
                SYMRIG_TRY(const SavedState now, read_state(controller_));
@@ -168,3 +222,37 @@ Result<void> VideoPlanes::end() {
 }
 
 }  // namespace symrig::projector::dlpc900
+
+namespace symrig::projector {
+namespace {
+
+constexpr std::string_view kDriverDlpc900 = "dlpc900";
+
+// The keys of `[projector]`: docs/rig-file.md.
+std::unique_ptr<ProjectorSource> read_dlpc900_projector(base::TableReader& table) {
+  using Port = std::optional<dlpc900::Port>;
+  dlp::PlaneKeys keys;
+  keys.screen.mode = "1920x1080@60";
+  dlpc900::VideoPlaneOptions sequence;
+  dlp::read_plane_keys(table, keys, sequence);
+  constexpr std::array<std::pair<std::string_view, Port>, 3> kPorts{
+      {{"hdmi", dlpc900::Port::hdmi},
+       {"displayport", dlpc900::Port::display_port},
+       {"unchanged", std::nullopt}}};
+  table.read_choice<Port>("port", sequence.port, kPorts);
+  // Up to 100 us: later edges would leave a plane too short for an exposure.
+  dlp::read_delay(table, "plane_delay_us", -19, 100, sequence.plane_delay);
+  dlp::read_delay(table, "frame_delay_us", -20, 100, sequence.frame_delay);
+  dlp::check_delays(table, sequence);
+  using Source = dlp::PlaneSourceOf<dlpc900::VideoPlanes, dlpc900::Controller, dlpc900::VideoPlaneOptions>;
+  return std::make_unique<Source>(dlp::kDlpc900, kDriverDlpc900, std::move(keys), sequence);
+}
+
+}  // namespace
+
+ProjectorDriver dlpc900_driver() {
+  return {kDriverDlpc900, "a DLPC900 that splits the pictures of a screen into bit planes", "",
+          read_dlpc900_projector};
+}
+
+}  // namespace symrig::projector

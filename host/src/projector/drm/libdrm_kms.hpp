@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/drm/flip_events.hpp"
-#include "projector/drm/hotplug.hpp"
-#include "projector/drm/kms.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/projector/internal/drm.hpp"
+#include "symrig/projector/internal/kms.hpp"
 
 #include <map>
 
@@ -22,16 +21,16 @@ class LibdrmKms final : public Kms {
   void drop_master() override;
   bool enable_atomic() override;
 
-  Answer<Resources> resources() override;
-  Answer<Connector> connector(std::uint32_t id, bool probe) override;
-  Answer<Crtc> crtc(std::uint32_t id) override;
-  Answer<std::vector<Plane>> planes() override;
-  Answer<std::vector<Property>> properties(std::uint32_t object, Kind kind) override;
-  Answer<std::vector<std::byte>> blob(std::uint32_t id) override;
-  Answer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
+  KernelAnswer<Resources> resources() override;
+  KernelAnswer<Connector> connector(std::uint32_t id, bool probe) override;
+  KernelAnswer<Crtc> crtc(std::uint32_t id) override;
+  KernelAnswer<std::vector<Plane>> planes() override;
+  KernelAnswer<std::vector<Property>> properties(std::uint32_t object, ObjectKind kind) override;
+  KernelAnswer<std::vector<std::byte>> blob(std::uint32_t id) override;
+  KernelAnswer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
   void destroy_blob(std::uint32_t id) override;
 
-  Answer<Buffer> create_buffer(Grid grid) override;
+  KernelAnswer<Buffer> create_buffer(Grid grid) override;
   void destroy_buffer(const Buffer& buffer) override;
 
   Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) override;
@@ -40,18 +39,18 @@ class LibdrmKms final : public Kms {
   Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) override;
   Errno disable_plane(std::uint32_t plane) override;
   Errno hide_cursor(std::uint32_t crtc) override;
-  Answer<Gamma> gamma(std::uint32_t crtc, int size) override;
+  KernelAnswer<Gamma> gamma(std::uint32_t crtc, int size) override;
   Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) override;
 
   Errno counts_refreshes(std::uint32_t crtc) override;
-  Answer<FlipEvent> next_flip(Nanoseconds patience) override;
+  KernelAnswer<FlipEvent> next_flip(Nanoseconds patience) override;
   bool hotplugged(std::uint32_t connector) override;
   SteadyTime now() override;
   void sleep_until(SteadyTime time) override;
 
  private:
   int fd() const { return card_.get(); }
-  Answer<Plane> plane(std::uint32_t id);
+  KernelAnswer<Plane> plane(std::uint32_t id);
   const Property& kind_of(std::uint32_t property);
 
   Fd card_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
-#include "symrig/base/fd.hpp"
+#include "symrig/base/files.hpp"
 
 #include <algorithm>
 #include <cerrno>

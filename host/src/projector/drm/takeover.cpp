@@ -1,19 +1,131 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/takeover.hpp"
+
+#include "projector/drm/screen.hpp"
+#include "symrig/projector/internal/drm.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 
 namespace symrig::projector::drm {
 namespace {
 
+struct Rule {
+  ObjectKind kind;
+  std::string_view property;
+  std::string_view choice;  // the value's name; empty: use `value`
+  std::uint64_t value = 0;
+  bool must = false;
+};
+
+constexpr std::uint64_t kOpaque = 0xFFFF;
+// In nouveau, hue 90 and vibrance 150 mean "unchanged".
+constexpr std::uint64_t kNoHue = 90, kNoVibrance = 150;
+
+constexpr auto kRules = std::to_array<Rule>({
+    // Tables and matrices of the CRTC. Without them codes pass through unchanged.
+    {ObjectKind::crtc, "DEGAMMA_LUT", "", 0, true},
+    {ObjectKind::crtc, "CTM", "", 0, true},
+    {ObjectKind::crtc, "GAMMA_LUT", "", 0, true},
+    {ObjectKind::crtc, "VRR_ENABLED", "", 0},
+    // Geometry and transparency.
+    {ObjectKind::plane, "rotation", "rotate-0", 0, true},
+    {ObjectKind::plane, "alpha", "", kOpaque, true},
+    // The signal on the cable: full-range RGB, 8 bits per code.
+    {ObjectKind::connector, "Broadcast RGB", "Full"},
+    {ObjectKind::connector, "max bpc", "", 8},
+    {ObjectKind::connector, "Colorspace", "Default"},
+    {ObjectKind::connector, "HDR_OUTPUT_METADATA", "", 0, true},
+    {ObjectKind::connector, "output_csc", "bypass"},
+    {ObjectKind::connector, "dither", "off"},
+    {ObjectKind::connector, "dithering mode", "off"},
+    {ObjectKind::connector, "abm level", "", 0},
+    {ObjectKind::connector, "vibrant hue", "", kNoHue},
+    {ObjectKind::connector, "color vibrance", "", kNoVibrance},
+    // Scalers: off, so that the mode is shown pixel by pixel.
+    {ObjectKind::connector, "scaling mode", "None"},
+    {ObjectKind::connector, "underscan", "off"},
+    {ObjectKind::connector, "underscan hborder", "", 0},
+    {ObjectKind::connector, "underscan vborder", "", 0},
+    {ObjectKind::connector, "left margin", "", 0},
+    {ObjectKind::connector, "right margin", "", 0},
+    {ObjectKind::connector, "top margin", "", 0},
+    {ObjectKind::connector, "bottom margin", "", 0},
+    // Asks the display to leave the picture unchanged (CTA-861 IT content).
+    {ObjectKind::connector, "content type", "Graphics"},
+    {ObjectKind::connector, "DPMS", "On"},
+});
+
+std::string_view kind_name(ObjectKind kind) {
+  switch (kind) {
+    case ObjectKind::crtc:
+      return "CRTC";
+    case ObjectKind::connector:
+      return "connector";
+    case ObjectKind::plane:
+      return "plane";
+  }
+  return "object";
+}
+
+std::string value_name(const Property& property) {
+  for (const auto& [name, value] : property.choices)
+    if (value == property.value) return name;
+  return std::to_string(property.value);
+}
+
+IdentityValue make_identity(const Rule& rule, std::uint32_t object, const Property& property) {
+  IdentityValue identity{
+      {object, rule.kind, property.id, rule.value}, property, std::string(rule.choice), rule.must};
+  if (rule.choice.empty()) {
+    identity.wanted = std::to_string(rule.value);
+    if (property.range)
+      identity.possible = property.range->first <= rule.value && rule.value <= property.range->second;
+  } else {
+    const auto choice = std::find_if(property.choices.begin(), property.choices.end(),
+                                     [&](const auto& each) { return each.first == rule.choice; });
+    identity.possible = choice != property.choices.end();
+    if (identity.possible) identity.setting.value = choice->second;
+  }
+  if (property.immutable && property.value != identity.setting.value) identity.possible = false;
+  return identity;
+}
+
+}  // namespace
+
+std::vector<IdentityValue> identity_values(std::uint32_t object, ObjectKind kind,
+                                           std::span<const Property> properties) {
+  std::vector<IdentityValue> identities;
+  for (const Rule& rule : kRules)
+    for (const Property& property : properties)
+      if (rule.kind == kind && rule.property == property.name)
+        identities.push_back(make_identity(rule, object, property));
+  return identities;
+}
+
+Gamma straight_gamma(int size) {
+  std::vector<std::uint16_t> ramp;
+  ramp.reserve(std::max(size, 0));
+  for (int i = 0; i < size; ++i)
+    ramp.push_back(static_cast<std::uint16_t>(size > 1 ? (65'535LL * i + (size - 1) / 2) / (size - 1) : 0));
+  return {ramp, ramp, ramp};
+}
+
+std::string complaint(const IdentityValue& identity) {
+  return fmt::format("{} property '{}' is '{}' and cannot be '{}'", kind_name(identity.setting.kind),
+                     identity.property.name, value_name(identity.property), identity.wanted);
+}
+
+namespace {
+
 struct Object {
   std::uint32_t id;
-  Kind kind;
+  ObjectKind kind;
 };
 
 /// Properties of the objects in a takeover, each object read once.
@@ -77,8 +189,9 @@ Result<void> Takeover::cannot(const IdentityValue& identity) {
 
 Result<std::vector<IdentityValue>> Takeover::identities() {
   std::vector<IdentityValue> all;
-  const Object objects[] = {
-      {route.crtc, Kind::crtc}, {route.connector, Kind::connector}, {route.plane, Kind::plane}};
+  const Object objects[] = {{route.crtc, ObjectKind::crtc},
+                            {route.connector, ObjectKind::connector},
+                            {route.plane, ObjectKind::plane}};
   for (const Object object : objects) {
     if (object.id == 0) continue;
     const auto properties = kms.properties(object.id, object.kind);
@@ -104,8 +217,8 @@ Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
     if (const auto setting = table.setting(object, name, value)) settings.push_back(*setting);
   };
   const std::uint64_t width = route.mode.hdisplay, height = route.mode.vdisplay;
-  const Object plane{route.plane, Kind::plane}, crtc{route.crtc, Kind::crtc};
-  set({route.connector, Kind::connector}, "CRTC_ID", route.crtc);
+  const Object plane{route.plane, ObjectKind::plane}, crtc{route.crtc, ObjectKind::crtc};
+  set({route.connector, ObjectKind::connector}, "CRTC_ID", route.crtc);
   set(crtc, "MODE_ID", blob.value);
   set(crtc, "ACTIVE", 1);
   set(plane, "FB_ID", fb);
@@ -121,10 +234,10 @@ Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
                                     {"CRTC_H", height}})
     set(plane, name, value);
   for (const std::uint32_t other : route.other_planes) {
-    set({other, Kind::plane}, "FB_ID", 0);
-    set({other, Kind::plane}, "CRTC_ID", 0);
+    set({other, ObjectKind::plane}, "FB_ID", 0);
+    set({other, ObjectKind::plane}, "CRTC_ID", 0);
   }
-  for (const std::uint32_t other : route.other_connectors) set({other, Kind::connector}, "CRTC_ID", 0);
+  for (const std::uint32_t other : route.other_connectors) set({other, ObjectKind::connector}, "CRTC_ID", 0);
   return settings;
 }
 
@@ -182,7 +295,7 @@ Result<void> Takeover::legacy(std::uint32_t fb) {
 Result<void> Takeover::straighten_gamma() {
   const auto crtc = kms.crtc(route.crtc);
   if (!crtc || crtc.value.gamma_size <= 1) return {};
-  for (const Property& property : kms.properties(route.crtc, Kind::crtc).value)
+  for (const Property& property : kms.properties(route.crtc, ObjectKind::crtc).value)
     if (property.name == "GAMMA_LUT") return {};
   const Gamma straight = straight_gamma(crtc.value.gamma_size);
   auto before = kms.gamma(route.crtc, crtc.value.gamma_size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/exec/client_talk.hpp"
+#include "symrig/rig/internal/client_talk.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,6 +12,7 @@ namespace symrig::rig {
 namespace {
 
 constexpr Nanoseconds kGlanceAtClient{50'000'000};  // how often keep_going is asked
+constexpr int kGlanceAtPlace = 100;                 // ms; the same without a client
 constexpr Nanoseconds kFarewell{500'000'000};       // for a client that still sends
 constexpr Nanoseconds kLineTime{10'000'000'000};    // from the first byte of a line to its end
 
@@ -99,6 +100,19 @@ void ClientTalk::dismiss(std::string_view line) {
     const ssize_t got = ::recv(client_.get(), unread.data(), unread.size(), 0);
     if (got == 0 || (got < 0 && !try_again())) return;
     if (got < 0 && !wait(POLLIN)) return;
+  }
+}
+
+void serve_clients(const board::ListeningPlace& place, const std::function<bool()>& keep_going,
+                   const std::function<void(ClientTalk& talk)>& serve) {
+  Fd turned_away;
+  while (keep_going()) {
+    pollfd one{place.fd(), POLLIN, 0};
+    if (::poll(&one, 1, kGlanceAtPlace) <= 0) continue;
+    Fd client = place.accept();
+    if (!client) continue;
+    ClientTalk talk(std::move(client), place, turned_away, keep_going);
+    serve(talk);
   }
 }
 

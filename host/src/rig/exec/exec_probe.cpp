@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/exec_probe.hpp"
 
-#include "rig/exec/child_process.hpp"
 #include "rig/exec/child_talk.hpp"
-#include "rig/exec/exec_answer.hpp"
-#include "rig/exec/received_photograph.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/rig/internal/received_photograph.hpp"
 
 #include <algorithm>
 #include <bit>

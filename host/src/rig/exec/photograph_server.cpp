@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/rig/photograph_server.hpp"
-
-#include "board/links/listening_place.hpp"
-#include "rig/exec/client_talk.hpp"
-#include "rig/exec/exec_answer.hpp"
-#include "symrig/base/printable.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/board/internal/links.hpp"
 #include "symrig/rig/exec_probe.hpp"
+#include "symrig/rig/internal/client_talk.hpp"
+#include "symrig/rig/internal/received_photograph.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -14,7 +12,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <poll.h>
 
 namespace symrig {
 namespace {
@@ -23,7 +20,6 @@ static_assert(std::endian::native == std::endian::little, "the floats of the fra
 
 constexpr Nanoseconds kGreetingTime{10'000'000'000};  // a stranger must not keep the rig, whatever it sends
 constexpr Nanoseconds kBatchTime{600'000'000'000};  // between two bytes of a batch: as ExecOptions::patience
-constexpr int kGlanceAtPlace = 100;                 // ms
 constexpr std::size_t kLongestRequest = 16;         // "measure 16"
 constexpr std::size_t kLongestOwnName = 600;        // so that the answer fits in kLongestAnswer
 
@@ -126,23 +122,17 @@ Result<void> check_framing(const Probe& rig) {
 
 }  // namespace
 
-class PhotographServer::Serving {
+class PhotographServer::ServedRig {
  public:
-  Serving(OpenRig open, std::unique_ptr<Probe> first, board::ListeningPlace place)
+  ServedRig(OpenRig open, std::unique_ptr<Probe> first, board::ListeningPlace place)
       : open_(std::move(open)), rig_(std::move(first)), place_(std::move(place)) {}
 
   void run(const std::function<bool()>& keep_going) {
-    while (keep_going()) {
-      pollfd one{place_.fd(), POLLIN, 0};
-      if (::poll(&one, 1, kGlanceAtPlace) <= 0) continue;
-      Fd client = place_.accept();
-      if (client) serve(std::move(client), keep_going);
-    }
+    rig::serve_clients(place_, keep_going, [this](rig::ClientTalk& talk) { serve(talk); });
   }
 
  private:
-  void serve(Fd client, const std::function<bool()>& keep_going) {
-    rig::ClientTalk talk(std::move(client), place_, turned_away_, keep_going);
+  void serve(rig::ClientTalk& talk) {
     if (!rig_) {
       auto rig = open_();
       if (!rig) {
@@ -157,10 +147,9 @@ class PhotographServer::Serving {
   OpenRig open_;
   std::unique_ptr<Probe> rig_;  // not yet used; none: the last client has used it
   board::ListeningPlace place_;
-  Fd turned_away_;
 };
 
-PhotographServer::PhotographServer(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
+PhotographServer::PhotographServer(std::unique_ptr<ServedRig> served) : served_(std::move(served)) {}
 PhotographServer::PhotographServer(PhotographServer&&) noexcept = default;
 PhotographServer& PhotographServer::operator=(PhotographServer&&) noexcept = default;
 PhotographServer::~PhotographServer() = default;
@@ -169,11 +158,11 @@ Result<PhotographServer> PhotographServer::open(OpenRig open, const std::string&
   SYMRIG_TRY(std::unique_ptr<Probe> rig, open());
   SYMRIG_CHECK(check_framing(*rig));
   SYMRIG_TRY(board::ListeningPlace listening, board::ListeningPlace::open(place));
-  return PhotographServer(std::make_unique<Serving>(std::move(open), std::move(rig), std::move(listening)));
+  return PhotographServer(std::make_unique<ServedRig>(std::move(open), std::move(rig), std::move(listening)));
 }
 
 void PhotographServer::run(const std::function<bool()>& keep_going) {
-  serving_->run(keep_going);
+  served_->run(keep_going);
 }
 
 }  // namespace symrig

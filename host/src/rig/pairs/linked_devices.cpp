@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A camera and a projector of another computer.
-#include "rig/pairs/device_words.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/rig/device_pair.hpp"
+#include "rig/pairs/pair_words.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/rig/pair_link.hpp"
 
 #include <chrono>
 #include <limits>

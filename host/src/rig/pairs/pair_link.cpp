@@ -1,22 +1,104 @@
 // SPDX-License-Identifier: Apache-2.0
+
 #include "symrig/rig/pair_link.hpp"
 
-#include "board/links/links.hpp"
-#include "rig/pairs/pair_proof.hpp"
-#include "symrig/base/fd.hpp"
-#include "symrig/base/printable.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "rig/pairs/pair_words.hpp"
+#include "symrig/base/files.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/board/internal/links.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
+#include <filesystem>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/hmac.h>
+#include <openssl/rand.h>
 #include <poll.h>
 #include <sys/socket.h>
 
+namespace symrig::rig {
+
+namespace {
+
+constexpr std::size_t kProofBytes = kProofDigits / 2;
+
+std::string hexadecimal(std::span<const unsigned char> bytes) {
+  std::string text;
+  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
+}  // namespace
+
+Result<std::string> random_challenge() {
+  std::array<unsigned char, kProofBytes> bytes{};
+  if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) == 1) return hexadecimal(bytes);
+  return Error{ErrorCode::io, "the system gives no random bytes for a challenge", "try again"};
+}
+
+std::string proof_of(std::string_view secret, Prover prover, std::string_view of_pair,
+                     std::string_view of_host) {
+  const std::string text =
+      fmt::format("{} {} {} {}", kPairGreeting, prover == Prover::host ? "host" : "pair", of_pair, of_host);
+  std::array<unsigned char, kProofBytes> proof{};
+  unsigned int size = 0;
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how OpenSSL takes bytes
+  const auto* bytes = reinterpret_cast<const unsigned char*>(text.data());
+  const bool made = HMAC(EVP_sha256(), secret.data(), static_cast<int>(secret.size()), bytes, text.size(),
+                         proof.data(), &size) != nullptr;
+  return made && size == proof.size() ? hexadecimal(proof) : std::string();
+}
+
+bool same_proof(std::string_view one, std::string_view other) {
+  return one.size() >= kProofDigits && one.size() == other.size() &&
+         CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
+}
+
+bool is_challenge(std::string_view text) {
+  return text.size() == kProofDigits && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
+}
+
+}  // namespace symrig::rig
+
 namespace symrig {
+
+namespace {
+
+constexpr std::uint64_t kLongestSecret = 4096;
+constexpr std::size_t kShortestSecret = 16;  // bytes: nobody guesses as many random ones
+
+bool others_can_read(const std::string& file) {
+  using std::filesystem::perms;
+  std::error_code failed;
+  const auto status = std::filesystem::status(file, failed);
+  return !failed && (status.permissions() & (perms::group_all | perms::others_all)) != perms::none;
+}
+
+}  // namespace
+
+Result<std::string> read_pair_secret(const std::string& file) {
+  SYMRIG_TRY(const auto bytes, read_file(file, kLongestSecret));
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): text of a file
+  std::string secret(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  secret.erase(secret.find_last_not_of("\r\n") + 1);
+  if (others_can_read(file))
+    return Error{ErrorCode::bad_value, fmt::format("{}: other users can read this secret", file),
+                 fmt::format("run: chmod 600 {}", file)};
+  if (secret.size() >= kShortestSecret) return secret;
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format("{}: the secret has {} bytes, but needs at least {}", file, secret.size(), kShortestSecret),
+      "write a random one: openssl rand -hex 32"};
+}
+
 namespace {
 
 constexpr Nanoseconds kConnectTime{10'000'000'000};

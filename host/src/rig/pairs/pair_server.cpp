@@ -1,24 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/rig/pair_server.hpp"
-
-#include "board/links/listening_place.hpp"
-#include "rig/exec/client_talk.hpp"
-#include "rig/pairs/pair_proof.hpp"
-#include "symrig/base/printable.hpp"
+#include "rig/pairs/pair_words.hpp"
+#include "symrig/base/text.hpp"
+#include "symrig/board/internal/links.hpp"
+#include "symrig/rig/internal/client_talk.hpp"
 #include "symrig/rig/pair_link.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
-#include <poll.h>
 
 namespace symrig {
 namespace {
 
 constexpr Nanoseconds kGreetingLimit{3'000'000'000};  // a stranger must not keep the pair, whatever it sends
 constexpr Nanoseconds kRequestTime{600'000'000'000};  // between two bytes of a request
-constexpr int kGlanceAtHosts = 100;                   // ms
 
 std::string refusal(std::string_view text) {
   return fmt::format("error: {}\n", printable_line(text));
@@ -90,30 +86,23 @@ class Stay {
 
 }  // namespace
 
-class PairServer::Serving {
+class PairServer::ServedPair {
  public:
-  Serving(std::unique_ptr<PairService> service, std::string secret, board::ListeningPlace place)
+  ServedPair(std::unique_ptr<PairService> service, std::string secret, board::ListeningPlace place)
       : service_(std::move(service)), secret_(std::move(secret)), place_(std::move(place)) {}
 
   void run(const std::function<bool()>& keep_going) {
-    while (keep_going()) {
-      pollfd one{place_.fd(), POLLIN, 0};
-      if (::poll(&one, 1, kGlanceAtHosts) <= 0) continue;
-      Fd host = place_.accept();
-      if (!host) continue;
-      rig::ClientTalk talk(std::move(host), place_, turned_away_, keep_going);
-      Stay(*service_, secret_, talk).run();
-    }
+    rig::serve_clients(place_, keep_going,
+                       [this](rig::ClientTalk& talk) { Stay(*service_, secret_, talk).run(); });
   }
 
  private:
   std::unique_ptr<PairService> service_;
   std::string secret_;
   board::ListeningPlace place_;
-  Fd turned_away_;
 };
 
-PairServer::PairServer(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
+PairServer::PairServer(std::unique_ptr<ServedPair> served) : served_(std::move(served)) {}
 PairServer::PairServer(PairServer&&) noexcept = default;
 PairServer& PairServer::operator=(PairServer&&) noexcept = default;
 PairServer::~PairServer() = default;
@@ -128,11 +117,11 @@ Result<PairServer> PairServer::open(std::unique_ptr<PairService> service, const 
     return Error{ErrorCode::bad_argument, fmt::format("{} needs a shared secret", place),
                  "give a file with a secret, or listen at unix:PATH"};
   SYMRIG_TRY(board::ListeningPlace listening, board::ListeningPlace::open_to_network(place));
-  return PairServer(std::make_unique<Serving>(std::move(service), std::move(known), std::move(listening)));
+  return PairServer(std::make_unique<ServedPair>(std::move(service), std::move(known), std::move(listening)));
 }
 
 void PairServer::run(const std::function<bool()>& keep_going) {
-  serving_->run(keep_going);
+  served_->run(keep_going);
 }
 
 }  // namespace symrig

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sim/drawn/interreflection.hpp"
-#include "sim/transport.hpp"
+#include "sim/light/transport.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <memory>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sim/drawn/recipe.hpp"
-#include "sim/transport.hpp"
+#include "sim/light/transport.hpp"
 
 #include <cstddef>
 #include <optional>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "sim/drawn/survey.hpp"
-#include "sim/gaussian_blur.hpp"
-#include "symrig/image/view_layout.hpp"
+#include "sim/light/transport.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <cstdint>
 #include <span>
@@ -20,7 +20,7 @@ inline constexpr int kSpeckles = 6;
 ///   T = diag(a) (near G_n + far Σ_k diag(u_k) G_f diag(u_k) / kSpeckles) diag(a)
 /// a: the entrance of each point, 0 outside the body. Without speckle: u = 1. G: separable Gaussians in the
 /// picture.
-/// source: the diffusion kernel of [Jensen01] as a sum of Gaussians, as in gummy.hpp.
+/// source: the diffusion kernel of [Jensen01] as a sum of Gaussians, as in scenes.cpp.
 class Translucent {
  public:
   /// entrance: on the grid, raster order.
@@ -41,6 +41,20 @@ class Translucent {
   float near_, far_;
   GaussianBlur narrow_, wide_;
   std::vector<std::vector<float>> speckles_;
+};
+
+/// Speckled light from every surface to every other, however far:
+///   T = share / (kSpeckles · points) Σ_k diag(ρ) u_k u_kᵀ diag(ρ),  u_k: speckle_pictures()
+/// On average a point with albedo ρ returns share · ρ · the mean albedo.
+class Haze {
+ public:
+  Haze(double share, std::uint64_t key, std::span<const float> albedo);
+  /// y += weight · T x.
+  void add(float weight, std::span<const float> x, std::span<float> y) const;
+
+ private:
+  float share_;
+  std::vector<std::vector<float>> pictures_;  // ρ u_k
 };
 
 }  // namespace symrig::sim::drawn

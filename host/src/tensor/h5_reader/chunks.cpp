@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The structures that list the chunks of a dataset.
-#include "tensor/h5_reader/layout.hpp"
-#include "tensor/h5_reader/new_trees.hpp"
-#include "tensor/h5_reader/old_trees.hpp"
+#include "tensor/h5_reader/dataset.hpp"
+#include "tensor/h5_reader/trees.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -27,14 +26,14 @@ class ChunkList {
         chunk_bytes_(chunk_bytes),
         filtered_(filtered) {}
 
-  Result<std::vector<Chunk>> list(std::uint64_t first, std::uint64_t last) {
+  Result<std::vector<StoredChunk>> list(std::uint64_t first, std::uint64_t last) {
     first_ = first, last_ = last;
-    if (layout_.at == kUndefined || first == last) return std::vector<Chunk>{};
+    if (layout_.at == kUndefined || first == last) return std::vector<StoredChunk>{};
     if (grid_.all() > kMostChunks) return Error{ErrorCode::bad_format, "has too many chunks"};
     SYMRIG_CHECK(collect());
-    const auto by_number = [](const Chunk& a, const Chunk& b) { return a.number < b.number; };
+    const auto by_number = [](const StoredChunk& a, const StoredChunk& b) { return a.number < b.number; };
     std::sort(chunks_.begin(), chunks_.end(), by_number);
-    const auto same = [](const Chunk& a, const Chunk& b) { return a.number == b.number; };
+    const auto same = [](const StoredChunk& a, const StoredChunk& b) { return a.number == b.number; };
     if (std::adjacent_find(chunks_.begin(), chunks_.end(), same) != chunks_.end())
       return Error{ErrorCode::bad_format, "is damaged: a chunk is there twice"};
     return std::move(chunks_);
@@ -60,7 +59,7 @@ class ChunkList {
     return {};
   }
 
-  void add(std::uint64_t number, Chunk chunk) {
+  void add(std::uint64_t number, StoredChunk chunk) {
     chunk.number = number;
     if (number >= first_ && number < last_ && chunk.at != kUndefined) chunks_.push_back(chunk);
   }
@@ -69,7 +68,7 @@ class ChunkList {
     const std::size_t rank = layout_.chunk.size();
     return walk_old_tree(file_, layout_.at, 1, 8 + 8 * (rank + 1),
                          [&](Bytes key, Address at) -> Result<void> {
-                           Chunk chunk{0, at, key.number(4), 0};
+                           StoredChunk chunk{0, at, key.number(4), 0};
                            chunk.skipped = static_cast<std::uint32_t>(key.number(4));
                            Shape place;
                            for (const std::uint64_t size : layout_.chunk) {
@@ -88,7 +87,7 @@ class ChunkList {
     return walk_new_tree(file_, layout_.at, filtered_ ? 11 : 10, [&](Bytes record) -> Result<void> {
       const std::uint64_t places = 8 * rank, stored = record.left().size();
       if (stored < places) return Error{ErrorCode::bad_format, "has a damaged list of chunks"};
-      const Chunk chunk = entry(Bytes(record.take(stored - places)));
+      const StoredChunk chunk = entry(Bytes(record.take(stored - places)));
       Shape place;
       for (std::size_t k = 0; k < rank; ++k) place.push_back(record.number(8));
       add(grid_.number(place), chunk);
@@ -97,8 +96,8 @@ class ChunkList {
   }
 
   /// An entry of an array, or the beginning of a record of a tree.
-  Chunk entry(Bytes bytes) const {
-    Chunk chunk{0, file_.address(bytes), chunk_bytes_, 0};
+  StoredChunk entry(Bytes bytes) const {
+    StoredChunk chunk{0, file_.address(bytes), chunk_bytes_, 0};
     if (!filtered_) return chunk;
     const std::size_t left = bytes.left().size();
     chunk.bytes = bytes.number(left < 4 ? 0 : left - 4);
@@ -314,16 +313,16 @@ class ChunkList {
   ChunkGrid grid_;
   std::uint64_t chunk_bytes_, entry_bytes_ = 0;
   bool filtered_;
-  Budget budget_{file_};
+  NodeBudget budget_{file_};
   std::uint64_t first_ = 0, last_ = 0;
-  std::vector<Chunk> chunks_;
+  std::vector<StoredChunk> chunks_;
 };
 
 }  // namespace
 
-Result<std::vector<Chunk>> chunks_of(const FileBytes& file, const Layout& layout, const Space& space,
-                                     std::uint64_t chunk_bytes, bool filtered, std::uint64_t first,
-                                     std::uint64_t last) {
+Result<std::vector<StoredChunk>> chunks_of(const FileBytes& file, const Layout& layout, const Space& space,
+                                           std::uint64_t chunk_bytes, bool filtered, std::uint64_t first,
+                                           std::uint64_t last) {
   return ChunkList(file, layout, space, chunk_bytes, filtered).list(first, last);
 }
 

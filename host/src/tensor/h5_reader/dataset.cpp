@@ -7,7 +7,6 @@
 #include <utility>
 
 namespace symrig::tensor::h5 {
-
 namespace {
 
 /// The value of places that were never written. Messages differ in what comes before its size.
@@ -183,7 +182,7 @@ Result<void> Dataset::read_chunks(const Part& part) const {
   if (chunks.size() < last - first) fill(part);
   const ChunkCopy copy(type_, space_.size, layout_.chunk, part.conversion, part.first, part.rows, part.to);
   std::vector<std::uint8_t> bytes;
-  for (const Chunk& chunk : chunks) {
+  for (const StoredChunk& chunk : chunks) {
     const Shape place = grid.place(chunk.number);
     SYMRIG_CHECK(read_chunk(chunk, place, chunk_bytes, bytes));
     copy.copy(place, bytes.data());
@@ -191,7 +190,7 @@ Result<void> Dataset::read_chunks(const Part& part) const {
   return {};
 }
 
-Result<void> Dataset::read_chunk(const Chunk& chunk, const Shape& place, std::uint64_t size,
+Result<void> Dataset::read_chunk(const StoredChunk& chunk, const Shape& place, std::uint64_t size,
                                  std::vector<std::uint8_t>& bytes) const {
   bool edge = false;
   for (std::size_t k = 0; k < place.size(); ++k)

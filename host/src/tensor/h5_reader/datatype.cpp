@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/h5_reader/datatype.hpp"
 
+#include "symrig/tensor/internal/half.hpp"
 #include "tensor/h5_reader/file_bytes.hpp"
-#include "tensor/half.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/h5_reader/heap.hpp"
 
-#include "tensor/h5_reader/checksum.hpp"
-#include "tensor/h5_reader/new_trees.hpp"
+#include "tensor/h5_reader/file_bytes.hpp"
+#include "tensor/h5_reader/trees.hpp"
 
 #include <algorithm>
 #include <bit>

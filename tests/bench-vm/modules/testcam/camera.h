@@ -39,18 +39,6 @@ struct camera {
   u32 queued_count;
 };
 
-/* module.c */
-struct camera* camera_get(
-    void); /* the camera that is plugged in or NULL; stays plugged in until camera_put() */
-void camera_put(void);
-int camera_plug(void);
-int camera_unplug(void);
-
-/* node.c: the video node. camera_register() has freed the camera if it fails; after it, camera_unregister()
- * does. */
-int camera_register(struct camera* camera);
-void camera_unregister(struct camera* camera);
-
 /* format.c */
 extern const struct v4l2_ioctl_ops camera_ioctls;
 void camera_fit_format(const struct camera* camera,
@@ -60,8 +48,5 @@ void camera_fit_format(const struct camera* camera,
 int camera_init_queue(struct camera* camera);
 int camera_inject(struct camera* camera, const struct testcam_frame* frame, const void __user* pixels,
                   size_t size);
-
-/* inject.c */
-extern struct miscdevice inject_device;
 
 #endif

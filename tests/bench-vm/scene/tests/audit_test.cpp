@@ -3,15 +3,19 @@
 
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/looped_rig.hpp"
+#include "bench-vm/scene/truth_log.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace symrig::bench_vm::audit_test {
 namespace {
@@ -40,7 +44,7 @@ struct Session {
     if (weights) registered.emplace(*opened, *weights);
     Probe& probe = registered ? static_cast<Probe&>(*registered) : *opened;
     for (std::size_t i = 0; i < kPhotographs; ++i) {
-      const Pattern pattern = random_pattern({20, 24}, i);
+      const Pattern pattern = drawn_pattern({20, 24}, i);
       if (i == from) rig.tamper = once(std::exchange(tamper, {}));
       SYMRIG_TRY(auto photographs, probe.measure({&pattern, 1}));
       const auto lamp = static_cast<float>(1 + lamp_error * std::sin(static_cast<double>(i)));
@@ -162,7 +166,7 @@ TEST(Audit, finds_another_shot_of_the_same_pattern) {
   Session session;
   const Session* seen = &session;
   ASSERT_OK(session.capture(11, [seen](auto& frames) {
-    const auto light = seen->rig.formation().light_of(random_pattern({20, 24}, 11), 0);
+    const auto light = seen->rig.formation().light_of(drawn_pattern({20, 24}, 11), 0);
     frames[2].raw = seen->rig.formation().expose(*light, seconds(seen->rig.truth.back().open) / 8,
                                                  frames[2].sequence + 1);
   }));
@@ -177,7 +181,7 @@ TEST(Audit, finds_the_frames_of_a_photograph_that_do_not_follow_each_other) {
   Session session;
   ASSERT_OK(session.capture(0, [](auto&) {}));
   auto& truth = session.rig.truth;
-  const std::uint64_t picture = picture_key(random_pattern({20, 24}, 11));
+  const std::uint64_t picture = picture_key(drawn_pattern({20, 24}, 11));
   const auto first =
       std::ranges::find_if(truth, [picture](const TrueExposure& one) { return one.picture == picture; });
   ASSERT_NE(first, truth.end());
@@ -234,11 +238,59 @@ TEST(Audit, finds_a_pattern_that_was_never_shown) {
   ASSERT_OK(session.capture(0, [](auto&) {}));
   Radiance black{Image<float>({20, 24}, 1), Image<float>({20, 24}, 1, 1.F),
                  Image<std::uint8_t>({20, 24}, 1, 1)};
-  ASSERT_OK(session.log->append(random_pattern({20, 24}, 999), black, {}));
+  ASSERT_OK(session.log->append(drawn_pattern({20, 24}, 999), black, {}));
   const auto audit = session.audited();
   ASSERT_OK(audit);
   EXPECT_EQ(audit->unseen, 1);
   EXPECT_EQ(audit->wrong, 0);
+}
+
+using namespace std::chrono_literals;
+
+/// The exposure of a line with these lit pictures.
+TrueExposure exposure_with(const std::string& lit) {
+  const auto path = std::filesystem::temp_directory_path() / ("truth-" + std::to_string(::getpid()));
+  std::ofstream(path) << R"({"exposed":7,"begin":1000,"end":2001000,"doubt":0,"lit":[)" << lit << "]}\n";
+  const auto exposures = read_true_exposures(path.string());
+  std::filesystem::remove(path);
+  EXPECT_TRUE(exposures.ok());
+  EXPECT_EQ(exposures->size(), 1U);
+  return exposures->front();
+}
+
+TEST(TruthFile, knows_an_exposure_of_one_picture) {
+  const TrueExposure seen = exposure_with(R"({"picture":3,"key":"91c2","share":1})");
+  EXPECT_EQ(seen.frame, 7U);
+  EXPECT_EQ(seen.open, 2ms);
+  EXPECT_TRUE(seen.pure);
+  EXPECT_EQ(seen.picture, 0x91c2U);
+  EXPECT_EQ(seen.lit(), 2ms);
+}
+
+TEST(TruthFile, knows_an_exposure_that_goes_on_after_the_dark_time_between_refreshes) {
+  const TrueExposure seen =
+      exposure_with(R"({"picture":3,"key":"a","share":0.5},{"picture":4,"key":"d","share":0.05,"dark":true},)"
+                    R"({"picture":5,"key":"a","share":0.45})");
+  EXPECT_TRUE(seen.pure);
+  EXPECT_EQ(seen.picture, 0xaU);
+  EXPECT_EQ(seen.open, 2ms);
+  EXPECT_EQ(seen.lit(), 1900us);
+}
+
+TEST(TruthFile, a_dark_exposure_is_one_of_a_dark_picture) {
+  const TrueExposure seen = exposure_with(R"({"picture":4,"key":"d","share":1,"dark":true})");
+  EXPECT_TRUE(seen.pure);
+  EXPECT_EQ(seen.picture, 0xdU);
+  EXPECT_EQ(seen.lit(), 2ms);
+}
+
+TEST(TruthFile, an_exposure_of_two_pictures_or_mostly_in_the_dark_is_not_pure) {
+  EXPECT_FALSE(
+      exposure_with(R"({"picture":3,"key":"a","share":0.99},{"picture":4,"key":"b","share":0.01})").pure);
+  EXPECT_FALSE(
+      exposure_with(R"({"picture":3,"key":"a","share":0.6},{"picture":4,"key":"d","share":0.4,"dark":true})")
+          .pure);
+  EXPECT_FALSE(exposure_with(R"({"picture":3,"key":"a","share":0.95})").pure) << "no picture for a while";
 }
 
 }  // namespace

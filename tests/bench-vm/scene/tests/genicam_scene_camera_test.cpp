@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The scene's cameras of GenICam. The one on the network is met by their driver.
-#include "bench-vm/scene/genicam_scene_camera.hpp"
-
 #include "assert_ok.hpp"
-#include "camera/genicam/genicam_camera.hpp"
-#include "symrig/base/stopwatch.hpp"
+#include "bench-vm/scene/scene_camera.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 #include "usbip/usbip_server.hpp"
 
 #include <any>

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/screen_timeline.hpp"
-#include "bench-vm/scene/truth_file.hpp"
+#include "bench-vm/scene/screen_reader.hpp"
+#include "bench-vm/scene/truth_log.hpp"
 #include "sim/image_formation.hpp"
-#include "sim/simulated_camera.hpp"
-#include "sim/simulated_projector.hpp"
-#include "symrig/base/random.hpp"
+#include "sim/simulated_devices.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/rig/rig.hpp"
@@ -98,7 +97,7 @@ class LoopedRig {
   board_sim::SimCamera shutter_{board_};
 };
 
-inline Pattern random_pattern(Grid grid, std::uint64_t seed) {
+inline Pattern drawn_pattern(Grid grid, std::uint64_t seed) {
   Random random(seed);
   Pattern pattern(grid);
   for (float& value : pattern.values()) value = random.uniform() < 0.5 ? 0.F : 1.F;

@@ -3,7 +3,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Bench, FDEBUG, FLEVEL, IRQ, IRQ_FORCE, RX_STALL, RX_UNDER, TX_OVER, TX_STALL, execOf, pinsOf, shiftOf } from '../../testing/bench.mjs';
+import { Bench, execOf, FDEBUG, FLEVEL, IRQ, IRQ_FORCE, pinsOf, RX_STALL, RX_UNDER, shiftOf, TX_OVER, TX_STALL } from '../../testing/bench.mjs';
 
 const PIN = 4;
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One PIO state machine: what it keeps, and what happens in one clock of it (RP2040 data sheet, 3.2 to 3.5).
 
-import { Fifo } from './fifo.mjs';
-import { clockDivider, execControl, fifoDepths, pinControl, shiftControl } from './settings.mjs';
 import { execute } from './instructions.mjs';
 
 export const NONE = -1;
@@ -166,4 +164,94 @@ export class Machine {
     const fifo = this.exec.statusOfRx ? this.rx : this.tx;
     return fifo.level < this.exec.statusLevel ? 0xffffffff : 0;
   }
+}
+
+// A PIO FIFO: 4 words, or 8 or 0 when the two of a state machine are joined.
+
+export class Fifo {
+  constructor(depth) {
+    this.depth = depth;
+    this.words = [];
+  }
+
+  get empty() {
+    return this.words.length === 0;
+  }
+
+  get full() {
+    return this.words.length >= this.depth;
+  }
+
+  get level() {
+    return this.words.length;
+  }
+
+  push(word) {
+    this.words.push(word >>> 0);
+  }
+
+  pull() {
+    return this.words.shift();
+  }
+
+  /** Empties it; a change of FJOIN does so too. */
+  clear(depth = this.depth) {
+    this.depth = depth;
+    this.words.length = 0;
+  }
+}
+
+// The four configuration registers of a state machine, decoded once per write (RP2040 data sheet, 3.7).
+
+const bits = (value, low, count) => (value >>> low) & ((1 << count) - 1);
+const flag = (value, bit) => ((value >>> bit) & 1) === 1;
+
+/** CLKDIV: the period in 1/256 of a system cycle; an integer part of 0 means 65536. */
+export function clockDivider(value) {
+  return ((value >>> 16 || 65536) << 8 >>> 0) + bits(value, 8, 8);
+}
+
+export function execControl(value) {
+  return {
+    statusLevel: bits(value, 0, 4),
+    statusOfRx: flag(value, 4),
+    wrapBottom: bits(value, 7, 5),
+    wrapTop: bits(value, 12, 5),
+    outSticky: flag(value, 17),
+    inlineOutEnable: flag(value, 18),
+    jumpPin: bits(value, 24, 5),
+    sideDirections: flag(value, 29),
+    sideOptional: flag(value, 30),
+  };
+}
+
+export function shiftControl(value) {
+  return {
+    autopush: flag(value, 16),
+    autopull: flag(value, 17),
+    inRight: flag(value, 18),
+    outRight: flag(value, 19),
+    pushThreshold: bits(value, 20, 5) || 32,
+    pullThreshold: bits(value, 25, 5) || 32,
+    joinTx: flag(value, 30),
+    joinRx: flag(value, 31),
+  };
+}
+
+export function pinControl(value) {
+  return {
+    outBase: bits(value, 0, 5),
+    setBase: bits(value, 5, 5),
+    sideBase: bits(value, 10, 5),
+    inBase: bits(value, 15, 5),
+    outCount: bits(value, 20, 6),
+    setCount: bits(value, 26, 3),
+    sideCount: bits(value, 29, 3),
+  };
+}
+
+/** FJOIN: [depth of TX, depth of RX]. */
+export function fifoDepths({ joinTx, joinRx }) {
+  if (joinTx && joinRx) return [0, 0];
+  return [joinTx ? 8 : joinRx ? 0 : 4, joinRx ? 8 : joinTx ? 0 : 4];
 }

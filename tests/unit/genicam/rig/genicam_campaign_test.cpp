@@ -2,10 +2,9 @@
 // Thousands of triggers over a network that loses packets, with a camera that makes mistakes and restarts:
 // the driver and the ledger together, against the truth that each picture carries.
 #include "assert_ok.hpp"
-#include "camera/genicam/genicam_camera.hpp"
 #include "gige/gige_camera.hpp"
-#include "gige/numbered_scene.hpp"
 #include "rig/evidence.hpp"
+#include "symrig/camera/internal/genicam_camera.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 
 #include <algorithm>

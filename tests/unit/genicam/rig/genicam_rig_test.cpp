@@ -4,9 +4,9 @@
 #include "gige/gige_rig.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/hdr/sensor.hpp"
-#include "symrig/rig/sensor_frames.hpp"
+#include "symrig/rig/frame_taker.hpp"
 #include "symrig/testing/probe_laws.hpp"
-#include "unit/rig/misfit.hpp"
+#include "unit/rig/faulty_devices.hpp"
 
 #include <algorithm>
 #include <array>
