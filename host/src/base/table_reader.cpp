@@ -101,8 +101,6 @@ Result<TomlNode> parse_toml(std::string_view text, const std::string& file) {
                "it must be TOML 1.0"};
 }
 
-using Kind = TomlNode::Kind;
-
 void ReadContext::fail(int line, std::string_view what, std::string hint, ErrorCode code) {
   if (state) state = Error{code, fmt::format("{}:{}: {}", file, line, what), std::move(hint)};
 }

@@ -256,30 +256,30 @@ std::string stacked_bar(const NodeCounts& counts, double x, double top, double w
 }  // namespace
 
 std::string node_bars(const std::vector<NodeCounts>& levels) {
-  constexpr double kLeft = 46, kTop = 10, kHeight = 180, kWidth = 440;
-  const double step = (kWidth - kLeft) / static_cast<double>(std::max<std::size_t>(1, levels.size()));
+  constexpr double kBarsLeft = 46, kBarsTop = 10, kBarsHeight = 180, kBarsWidth = 440;
+  const double step = (kBarsWidth - kBarsLeft) / static_cast<double>(std::max<std::size_t>(1, levels.size()));
   std::string svg =
       legend() + fmt::format(
                      "<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Share of nodes by kind "
                      "at each level\">",
-                     kWidth, kTop + kHeight + 42);
+                     kBarsWidth, kBarsTop + kBarsHeight + 42);
   for (int mark = 0; mark <= 4; ++mark) {
-    const double y = kTop + kHeight * (1 - mark / 4.0);
+    const double y = kBarsTop + kBarsHeight * (1 - mark / 4.0);
     svg += fmt::format(
         "<line class=\"axis\" x1=\"{0}\" x2=\"{1}\" y1=\"{2}\" y2=\"{2}\"/><text class=\"soft\" x=\"{3}\" "
         "y=\"{4}\" text-anchor=\"end\">{5} %</text>",
-        kLeft, kWidth, y, kLeft - 6, y + 4, mark * 25);
+        kBarsLeft, kBarsWidth, y, kBarsLeft - 6, y + 4, mark * 25);
   }
   for (std::size_t level = 0; level < levels.size(); ++level) {
-    const double x = kLeft + step * (static_cast<double>(level) + 0.15);
-    svg += stacked_bar(levels[level], x, kTop, 0.7 * step, kHeight);
+    const double x = kBarsLeft + step * (static_cast<double>(level) + 0.15);
+    svg += stacked_bar(levels[level], x, kBarsTop, 0.7 * step, kBarsHeight);
     svg += fmt::format(R"(<text x="{:.1f}" y="{}" text-anchor="middle">{}</text>)", x + 0.35 * step,
-                       kTop + kHeight + 17, level);
+                       kBarsTop + kBarsHeight + 17, level);
   }
   svg += fmt::format(
       "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">level of the hierarchy (0: the whole "
       "picture)</text>",
-      (kLeft + kWidth) / 2, kTop + kHeight + 36);
+      (kBarsLeft + kBarsWidth) / 2, kBarsTop + kBarsHeight + 36);
   return svg + "</svg>\n";
 }
 

@@ -132,8 +132,7 @@ std::size_t seen_through(Turn turn, Grid grid, int row, int col) {
 }
 
 LightMatch::LightMatch(const LightSeries& series)
-    : series_(series),
-      table_(kTurns * LightSeries::kCount * kRandom),
+    : table_(kTurns * LightSeries::kCount * kRandom),
       sigma_(1 / std::sqrt(static_cast<double>(std::max<std::int64_t>(series.pixels(), 1)))) {
   const std::size_t turns = series.grid().rows == series.grid().cols ? kTurns : kSquareOnly;
   tbb::parallel_for(std::size_t{0}, turns * LightSeries::kCount * kRandom, [&](std::size_t job) {

@@ -137,7 +137,6 @@ class LightMatch {
  private:
   double mean_of(const LightOrder& order) const;
 
-  const LightSeries& series_;
   std::vector<double> table_;  // [turn][photograph][pattern]
   double as_shown_ = 0, best_ = 0, sigma_ = 1;
   LightOrder order_;
