@@ -69,7 +69,8 @@ std::string whole_number_fault(const std::string& text, long long least, long lo
   if (figures.size() > 1 && figures[0] == '0')
     return fmt::format("'{}' begins with a zero; remove the zero", text);
   if (error == std::errc{} && value >= least && value <= most) return {};
-  return fmt::format("'{}' is too {}; give {} to {}", text, text[0] == '-' ? "small" : "large", least, most);
+  const bool small = error == std::errc{} ? value < least : text[0] == '-';
+  return fmt::format("'{}' is too {}; give {} to {}", text, small ? "small" : "large", least, most);
 }
 
 std::string real_number_fault(const std::string& text) {

@@ -227,6 +227,8 @@ TEST_F(IdleOptions, trace) {
   expect_refusal({"trace", "r.json", "--actual"}, kUsage, {"--actual has no effect"});
   expect_refusal({"trace", "r.json", "--plan", "--actual", "--vcd", "-"}, kUsage, {"--plan has no effect"});
   EXPECT_EQ(symrig({"trace", "p.toml", "--board", "sim:", "--max-edges", "5"}).code, 0);
+  expect_refusal({"trace", "p.toml", "--board", "sim:", "--max-edges", "0"}, kUsage,
+                 {"'0' is too small; give 1 to"});
   EXPECT_EQ(symrig({"trace", "r.json", "--actual", "--vcd", "-"}).code, 0);
 }
 

@@ -296,7 +296,9 @@ Job add_trace(CLI::App& command) {
   command.add_option("--max-edges", arguments->max_edges, "Draw only the first N edges of a plan")
       ->type_name("N")
       ->capture_default_str();
-  takes_number<int>(command.get_option("--max-edges"))->check(CLI::Range(1, 10'000'000), "");
+  command.get_option("--max-edges")->check([](const std::string& text) {
+    return whole_number_fault(text, 1, 10'000'000);
+  });
   command.footer(
       std::string("Example:\n"
                   "  symrig trace receipt.json --vcd run.vcd --wavedrom run.json\n"

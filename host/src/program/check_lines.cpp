@@ -170,13 +170,13 @@ class LineCheck {
     const RigSetup& rig = file_.rig;
     for (const RigLine& line : rig.lines) {
       if (line.config.hazard == Hazard::benign) continue;
+      const bool laser = line.config.hazard == Hazard::laser;
       if (rig.keep_alive.count() == 0)
         findings_.error(rig.place, "keep_alive.needed",
                         fmt::format("line '{}' is a lamp or laser: the board must make it safe if the host "
                                     "sends nothing",
                                     line.config.line),
-                        "keep_alive = \"1 s\"");
-      const bool laser = line.config.hazard == Hazard::laser;
+                        laser ? "keep_alive = \"500 ms\"" : "keep_alive = \"1 s\"");
       if (laser && rig.keep_alive > kLongestLaserKeepAlive)
         findings_.error(rig.place, "keep_alive.needed",
                         fmt::format("a keep-alive of {} is too long for the laser on line '{}'",

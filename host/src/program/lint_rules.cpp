@@ -89,7 +89,7 @@ steps = [
     LintRule{
         "interlock", "the line cannot be an interlock on this board", Severity::error,
         "The line has role = \"interlock\", but cannot be an interlock on this board. symrig info shows\n"
-        "which lines can.",
+        "which lines can. The examples are for a board on which vsync can, and camera_strobe cannot.",
         "", "[rig.lines.camera_strobe]\n", "[rig.lines.vsync]\n", R"(role = "interlock"
 trip = "low"
 

@@ -96,6 +96,10 @@ TEST(LintRules, alternatives_can_be_pasted) {
        "\n[rig.lines.lamp_enable]\nhazard = \"lamp\"\nmax_on = \"1 s\"\n[program]\npatterns = 8\nbracket = "
        "[\"1 ms\"]\n",
        "keep_alive.needed", 2},
+      {"symrig = 1\n[rig]\n", "keep_alive = \"0 s\"",
+       "\n[rig.lines.lamp_enable]\nhazard = \"laser\"\nmax_on = \"1 s\"\n[program]\npatterns = 8\nbracket = "
+       "[\"1 ms\"]\n",
+       "keep_alive.needed", 2},
       {"symrig = 1\n[rig.projector]\nprofile = \"hdmi-60\"\nsettle = \"2 ms\"\n[program]\npatterns = "
        "8\nbracket = [\"1 ms\"]\n",
        "settle = \"1 ms\"", "\n", "settle", 8}};
