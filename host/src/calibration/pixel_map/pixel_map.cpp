@@ -185,12 +185,12 @@ Error backwards(const CodePhotographs& photographs, const RawMap& raw, double sh
                 "{}, and the columns run downwards: the picture is transposed; or the rows come before the "
                 "columns; or {}, or {} are swapped",
                 seen, column_pair, row_pair),
-            std::string("save the photographs as the camera takes them, columns first; ") + rear};
+            fmt::format("save the photographs as the camera takes them, columns first; {}", rear)};
   const std::string pairs = columns == rows ? column_pair + ", or " + row_pair
                             : columns       ? column_pair
                                             : row_pair;
   return {ErrorCode::bad_value, fmt::format("{}: {} are swapped, or the projection is mirrored", seen, pairs),
-          std::string("exchange the two files; ") + rear};
+          fmt::format("exchange the two files; {}", rear)};
 }
 
 Result<void> check_orientation(const CodePhotographs& photographs, const RawMap& raw, double orientation) {
