@@ -10,6 +10,9 @@
 #include <array>
 #include <bit>
 #include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -28,11 +31,14 @@ inline float any_float(Random& random) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(random.bits()));
 }
 
-inline Entry random_entry(Grid grid, int channels, bool binary, std::uint64_t seed) {
+/// camera: the grid of the photograph, if it is another one.
+inline Entry random_entry(Grid grid, int channels, bool binary, std::uint64_t seed,
+                          std::optional<Grid> camera = {}) {
   Random random(seed);
+  const Grid seen = camera.value_or(grid);
   Entry entry{Pattern(grid),
-              Radiance{Image<float>(grid, channels), Image<float>(grid, channels),
-                       Image<std::uint8_t>(grid, channels)},
+              Radiance{Image<float>(seen, channels), Image<float>(seen, channels),
+                       Image<std::uint8_t>(seen, channels)},
               ProbeCost{static_cast<std::int64_t>(seed), 1 - static_cast<std::int64_t>(seed),
                         random.uniform(), random.uniform(), random.uniform()}};
   for (float& v : entry.pattern.values())
@@ -66,6 +72,14 @@ inline void expect_holds(const PhotographLog& log, std::int64_t k, const Entry& 
   EXPECT_EQ(spent->rig_seconds, entry.spent.rig_seconds);
   EXPECT_EQ(spent->simulate_seconds, entry.spent.simulate_seconds);
   EXPECT_EQ(spent->merge_seconds, entry.spent.merge_seconds);
+}
+
+/// Steps of a camera, each another one.
+inline std::shared_ptr<const Image<float>> some_steps(Grid camera, int channels) {
+  Image<float> steps(camera, channels);
+  for (std::size_t i = 0; i < steps.values().size(); ++i)
+    steps.values()[i] = 1e-3F * (1 + static_cast<float>(i % 7));
+  return std::make_shared<const Image<float>>(std::move(steps));
 }
 
 inline void append(PhotographLog& log, const Entry& entry) {
@@ -106,7 +120,14 @@ class PhotographLogFile : public testing::Test {
   /// Three runs, of two, one and two photographs; where each ends in the file.
   std::vector<std::uint64_t> write_three_runs();
 
-  const LogIdentity identity_{{3, 5}, 2, "sim:plane", "algorithm symrig\n"};
+  /// Entry k as the log gives it back.
+  Entry kept(const PhotographLog& log, std::int64_t k) const {
+    Entry entry = entries_[k];
+    entry.photograph = log.kept(entry.photograph);
+    return entry;
+  }
+
+  LogIdentity identity_{{3, 5}, 2, "sim:plane", "algorithm symrig\n"};
   std::vector<Entry> entries_;
   std::uint64_t head_ = 0;
 
@@ -116,7 +137,7 @@ class PhotographLogFile : public testing::Test {
 
 inline std::vector<std::uint64_t> PhotographLogFile::write_three_runs() {
   for (std::uint64_t k = 0; k < 5; ++k)
-    entries_.push_back(random_entry(identity_.grid, identity_.channels, k % 2 == 0, k));
+    entries_.push_back(random_entry(identity_.grid, identity_.channels, k % 2 == 0, k, identity_.camera()));
   for (const std::size_t k : {1U, 4U}) entries_[k].spent = entries_[k - 1].spent;  // of the run
   std::vector<std::uint64_t> ends;
   auto log = create_photograph_log(path(), identity_);

@@ -8,6 +8,9 @@
 #include "symrig/acquisition/internal/fast_crc32c.hpp"
 #include "symrig/protocol/crc32c.hpp"
 
+#include <cmath>
+#include <limits>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -54,6 +57,83 @@ TEST_F(PhotographLogFile, gives_back_every_bit_of_any_size_from_memory_and_from_
           expect_holds(*log, static_cast<std::int64_t>(k), random_entry(grid, channels, k % 2 == 0, k));
       }
     }
+}
+
+// What a camera with pixels of its own saw: rounded to its steps, and read by strips as a whole.
+TEST_F(PhotographLogFile, rounds_the_photographs_of_a_camera_to_its_steps) {
+  const Grid camera{70, 5};  // strips of 32, 32 and 6 rows
+  const int channels = 2;
+  identity_.steps = some_steps(camera, channels);
+  Random random(4);
+  Entry entry = random_entry(identity_.grid, channels, true, 1, camera);
+  const auto steps = identity_.steps->values();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    entry.photograph.mean.values()[i] = static_cast<float>((random.uniform() * 60000 - 10000) * steps[i]);
+    entry.photograph.variance.values()[i] =
+        static_cast<float>(std::exp(-15 * random.uniform())) * steps[i] * steps[i] * 1e6F;
+  }
+  entry.photograph.mean.values()[3] = 60000 * steps[3];   // brighter than its codes
+  entry.photograph.mean.values()[4] = -20000 * steps[4];  // darker
+  entry.photograph.variance.values()[5] = std::numeric_limits<float>::quiet_NaN();
+  for (const std::size_t i : {3U, 4U, 5U}) entry.photograph.valid.values()[i] = 1;
+  {
+    const auto log = *create_photograph_log(path(), identity_);
+    append(*log, entry);
+    append(*log, entry);
+  }
+  EXPECT_TRUE(*keeps_camera_photographs(path()));
+  entries_ = {entry};
+  const auto expect_both = [&](const PhotographLog& log) {
+    ASSERT_EQ(log.size(), 2);
+    EXPECT_EQ(log.camera_grid(), camera);
+    EXPECT_EQ(log.grid(), identity_.grid);
+    expect_holds(log, 1, PhotographLogFile::kept(log, 0));
+  };
+  expect_both(**read_photograph_log(path()));
+  const auto log = *open_photograph_log(path(), identity_);
+  expect_both(*log);
+  const Radiance kept = *log->photograph(0);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const bool lost = i == 3 || i == 4 || i == 5 || entry.photograph.valid.values()[i] == 0;
+    ASSERT_EQ(kept.valid.values()[i], lost ? 0 : 1) << i;
+    if (lost) {
+      EXPECT_EQ(kept.mean.values()[i], 0);
+      EXPECT_EQ(kept.variance.values()[i], 0);
+      continue;
+    }
+    const double mean = entry.photograph.mean.values()[i];
+    EXPECT_NEAR(kept.mean.values()[i], mean, 0.5 * steps[i] + 1e-6 * std::abs(mean)) << i;
+    const double variance = entry.photograph.variance.values()[i] + steps[i] * steps[i] / 12;
+    EXPECT_NEAR(kept.variance.values()[i], variance, variance / 16 * 1.001) << i;  // half of an eighth
+  }
+  Radiance strip;
+  for (int s = 0; s < 3; ++s) {
+    ASSERT_TRUE(log->rows(1, s, strip).ok());
+    ASSERT_EQ(strip.mean.grid(), (Grid{s < 2 ? 32 : 6, 5}));
+    for (int c = 0; c < channels; ++c)
+      for (int row = 0; row < strip.mean.grid().rows; ++row)
+        for (int col = 0; col < 5; ++col) {
+          ASSERT_EQ(strip.mean.at(row, col, c), kept.mean.at(32 * s + row, col, c));
+          ASSERT_EQ(strip.variance.at(row, col, c), kept.variance.at(32 * s + row, col, c));
+          ASSERT_EQ(strip.valid.at(row, col, c), kept.valid.at(32 * s + row, col, c));
+        }
+  }
+  // Three bytes a sample.
+  EXPECT_LE(fs::file_size(path()), 2 * (3 * steps.size() + 200) + 4 * steps.size() + 400);
+}
+
+TEST_F(PhotographLogFile, of_a_camera_is_refused_by_a_capture_of_cells) {
+  LogIdentity of_camera = identity_;
+  of_camera.steps = some_steps({9, 9}, 2);
+  { ASSERT_TRUE(create_photograph_log(path(), of_camera).ok()); }
+  EXPECT_EQ(open_photograph_log(path(), identity_).error().code, ErrorCode::bad_format);
+  LogIdentity other = identity_;
+  other.steps = some_steps({9, 8}, 2);
+  EXPECT_NE(open_photograph_log(path(), other).error().line().find("camera 9x9"), std::string::npos);
+  fs::remove(path());
+  { ASSERT_TRUE(create_photograph_log(path(), identity_).ok()); }
+  EXPECT_FALSE(*keeps_camera_photographs(path()));
+  EXPECT_EQ(open_photograph_log(path(), of_camera).error().code, ErrorCode::bad_format);
 }
 
 TEST_F(PhotographLogFile, minus_zero_is_no_binary_pattern) {
@@ -246,10 +326,19 @@ namespace symrig::broken_log_test {
 namespace {
 
 using namespace tests;  // NOLINT(google-build-using-namespace): the fixture and its helpers
-using BrokenLog = PhotographLogFile;
+
+/// A log of cells, or of a camera's own photographs, which have two strips.
+class BrokenLog : public PhotographLogFile, public testing::WithParamInterface<bool> {
+ protected:
+  BrokenLog() {
+    if (GetParam()) identity_.steps = some_steps({34, 2}, identity_.channels);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Of, BrokenLog, testing::Bool(),
+                         [](const auto& of) { return std::string(of.param ? "Camera" : "Cells"); });
 
 // A killed process leaves any beginning of the file.
-TEST_F(BrokenLog, torn_at_any_byte_it_holds_the_whole_runs_before) {
+TEST_P(BrokenLog, torn_at_any_byte_it_holds_the_whole_runs_before) {
   const auto ends = write_three_runs();
   const auto whole = bytes();
   for (std::size_t size = 0; size <= whole.size(); ++size) {
@@ -267,7 +356,7 @@ TEST_F(BrokenLog, torn_at_any_byte_it_holds_the_whole_runs_before) {
 }
 
 // A disk that lost power may hold anything. CRC-32C finds every change within 32 bits in a row.
-TEST_F(BrokenLog, changed_at_any_byte_it_holds_the_runs_before_or_says_so) {
+TEST_P(BrokenLog, changed_at_any_byte_it_holds_the_runs_before_or_says_so) {
   const auto ends = write_three_runs();
   const auto whole = bytes();
   for (std::size_t at = 0; at < whole.size(); ++at) {
@@ -283,11 +372,11 @@ TEST_F(BrokenLog, changed_at_any_byte_it_holds_the_runs_before_or_says_so) {
     ASSERT_TRUE(log.ok()) << at << ": " << log.error().line();
     const std::size_t run = std::upper_bound(ends.begin(), ends.end(), at) - ends.begin();
     ASSERT_EQ((*log)->size(), kPhotographsInRuns[run]) << at;
-    for (std::int64_t k = 0; k < (*log)->size(); ++k) expect_holds(**log, k, entries_[k]);
+    for (std::int64_t k = 0; k < (*log)->size(); ++k) expect_holds(**log, k, kept(**log, k));
   }
 }
 
-TEST_F(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
+TEST_P(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
   const auto ends = write_three_runs();
   const auto whole = bytes();
   // Room for a part of the front, of the first record, of the second record of the last run.
@@ -310,7 +399,7 @@ TEST_F(BrokenLog, a_full_disk_costs_nothing_that_was_logged) {
   }
 }
 
-TEST_F(BrokenLog, no_room_for_the_head_leaves_no_file) {
+TEST_P(BrokenLog, no_room_for_the_head_leaves_no_file) {
   const test::FullDisk full(10);
   EXPECT_EQ(create_photograph_log(path(), identity_).error().code, ErrorCode::io);
   EXPECT_FALSE(fs::exists(path()));

@@ -6,10 +6,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -20,9 +22,12 @@ struct LoggedPhotograph {
   Radiance photograph;
 };
 
+/// Rows that PhotographLog::rows() gives at once.
+inline constexpr int kLogStripRows = 32;
+
 /// The photographs of one capture in the order they were taken, each with its pattern and with what the probe
-/// had spent by then. What went in comes out bit for bit. Number k counts from 0.
-/// Any number of threads may read at once, but none while append() runs.
+/// had spent by then. What went in comes out bit for bit, if kept() does not change it. Number k counts from
+/// 0. Any number of threads may read at once, but none while append() runs.
 class PhotographLog {
  public:
   PhotographLog() = default;
@@ -30,7 +35,10 @@ class PhotographLog {
   PhotographLog& operator=(const PhotographLog&) = delete;
   virtual ~PhotographLog() = default;
 
+  /// Of patterns.
   virtual Grid grid() const = 0;
+  /// Of photographs: grid(), unless it keeps what a camera with pixels of its own saw.
+  virtual Grid camera_grid() const { return grid(); }
   virtual int channels() const = 0;
   /// Photographs held.
   virtual std::int64_t size() const = 0;
@@ -51,6 +59,11 @@ class PhotographLog {
   /// Both into memory that is used again: pictures of the log's size in `to` are overwritten, others
   /// replaced.
   virtual Result<void> read(std::int64_t k, LoggedPhotograph& to) const = 0;
+  /// kLogStripRows rows of photograph k, from number strip · kLogStripRows on, or up to the last one. `to`
+  /// becomes so large.
+  virtual Result<void> rows(std::int64_t k, int strip, Radiance& to) const;
+  /// The photograph as the log would give it back. A log of a camera's own photographs rounds them.
+  virtual Radiance kept(Radiance photograph) const { return photograph; }
   /// By the end of the run that photograph k was taken in.
   virtual Result<ProbeCost> spent(std::int64_t k) const = 0;
 
@@ -64,10 +77,14 @@ class PhotographLog {
   /// from number `first` on, if a smaller budget chose them; a file keeps them until the next append_run().
   /// fails: bad_format (why they are kept: the log is as it was).
   virtual Result<void> forget(std::int64_t first, std::int64_t differs);
+  /// Forgets them whoever chose them. Only a log in memory does.  fails: bad_argument.
+  virtual Result<void> cut(std::int64_t first);
 };
 
-/// A log that lives as long as the process: 8 bytes a pixel and channel, and some bits, a photograph.
-std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels);
+/// A log that lives as long as the process, in memory or a scratch file (MemoryScope): 8 bytes a pixel and
+/// channel, and some bits, a photograph.
+/// camera: the grid of photographs, if it is another one.
+std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels, std::optional<Grid> camera = {});
 
 /// What a capture may spend. It is not part of what a log is of: a capture may be continued with more.
 struct LogBudget {
@@ -84,7 +101,15 @@ struct LogIdentity {
   std::string rig;        ///< Probe::identity()
   std::string options;    ///< what steers the choice of patterns, "name value" lines
   LogBudget budget = {};  ///< of this capture; not compared
+  /// Of a log that keeps what a camera with pixels of its own saw: the step to which each of its samples is
+  /// rounded, above 0. Such a log takes 3 bytes a sample. None: photographs are on `grid`, as floats.
+  std::shared_ptr<const Image<float>> steps = {};
+
+  Grid camera() const { return steps ? steps->grid() : grid; }
 };
+
+/// Bytes that a photograph adds to a file, if its pattern is binary.
+std::int64_t bytes_of_photograph(const LogIdentity& identity);
 
 /// A log in a file (docs/photograph-log.md). What was appended is safe from the death of the process; synced
 /// to the disk every few seconds against a loss of power. The file is locked while it is open. fails:
@@ -100,11 +125,22 @@ Result<std::unique_ptr<PhotographLog>> create_photograph_log(const std::filesyst
 Result<std::unique_ptr<PhotographLog>> open_photograph_log(const std::filesystem::path& path,
                                                            const LogIdentity& identity);
 
+/// Whether a log keeps what a camera with pixels of its own saw (LogIdentity::steps).
+/// fails: not_found, io; bad_format (not a log, or of a newer version).
+Result<bool> keeps_camera_photographs(const std::filesystem::path& path);
+
 /// Opens the log of any capture to read it. Any number of processes may read a log at once, but none while
 /// another one may write to it. Photographs are checked and left out as by open_photograph_log(). The file
 /// never changes.
 /// fails: not_found; bad_format (not a log, or of a newer version); io (also: a capture has it open).
 Result<std::unique_ptr<const PhotographLog>> read_photograph_log(const std::filesystem::path& path);
+
+/// Where a log keeps what a camera with pixels of its own saw, and a capture needs photographs on the cells.
+struct Development {
+  Probe& camera;  ///< takes the photographs for the log
+  std::function<Result<Radiance>(const Radiance& photograph)> to_cells;
+  PhotographLog& cells;  ///< gets all photographs on the cells: those of the log too
+};
 
 /// A probe that answers from a log as long as the log holds the patterns that are asked for. After that it
 /// asks another probe, and logs each photograph as it arrives. A capture is a deterministic function of its
@@ -114,7 +150,14 @@ class LoggedProbe final : public Probe {
   /// Both must outlive this. together: how many photographs the inner probe is asked for at once; a killed
   /// process loses at most as many. More than one pays where photographs are computed in parallel.
   LoggedProbe(Probe& inner, PhotographLog& log, std::size_t together = 1)
-      : inner_(inner), log_(log), together_(together > 0 ? together : 1) {}
+      : LoggedProbe(inner, log, together, std::nullopt) {}
+  /// inner: the photographs are those of `development` on its cells; costs are its own. What `development`
+  /// names must outlive this.
+  LoggedProbe(Probe& inner, PhotographLog& log, std::size_t together, std::optional<Development> development)
+      : inner_(inner),
+        log_(log),
+        development_(std::move(development)),
+        together_(together > 0 ? together : 1) {}
 
   Grid grid() const override { return inner_.grid(); }
   Grid camera_grid() const override { return inner_.camera_grid(); }
@@ -147,6 +190,9 @@ class LoggedProbe final : public Probe {
  private:
   Result<std::optional<Radiance>> replay(const Pattern& pattern, const Expectation* expected);
   Result<void> leave_log(std::vector<Radiance>& photographs, bool planned);
+  Result<Radiance> developed(const Pattern& pattern, Radiance photograph, const ProbeCost& spent) const;
+  Result<std::vector<Radiance>> take(std::span<const Pattern> patterns,
+                                     std::span<const Expectation> expected);
   Result<void> go_on();
   Result<void> told(std::size_t photographs) const;
   Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
@@ -154,6 +200,7 @@ class LoggedProbe final : public Probe {
 
   Probe& inner_;
   PhotographLog& log_;
+  std::optional<Development> development_;
   std::size_t together_;
   std::int64_t replayed_ = 0;
   bool measuring_ = false;   // the log is used up: inner_ answers

@@ -6,12 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <sstream>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
@@ -144,7 +147,8 @@ namespace {
 
 constexpr std::array<char, 8> kMagic{'S', 'Y', 'M', 'R', 'L', 'O', 'G', '\n'};
 constexpr std::uint32_t kOldest = 1;  // the same, without notes on budgets
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kCells = 2;   // photographs are floats on the grid of patterns
+constexpr std::uint32_t kPacked = 3;  // photographs are a camera's own, and steps follow the text
 constexpr std::uint64_t kLongestText = 1 << 20;
 constexpr int kMostChannels = 1 << 16;  ///< far beyond any camera
 
@@ -162,13 +166,23 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string text_of(const LogIdentity& identity) {
-  return "grid " + to_string(identity.grid) + "\nchannels " + std::to_string(identity.channels) + "\nrig " +
-         one_line(identity.rig) + "\n" + identity.options;
-}
-
 std::uint32_t crc_of(std::string_view text) {
   return fast_crc32c(std::as_bytes(std::span(text)));
+}
+
+/// Says which steps they are.
+std::string line_of(const Image<float>& steps) {
+  return fmt::format("steps {:08x}", fast_crc32c(std::as_bytes(steps.values())));
+}
+
+std::string text_of(const LogIdentity& identity) {
+  std::string camera, steps;
+  if (identity.steps) {
+    camera = fmt::format("\ncamera {}", to_string(identity.camera()));
+    steps = fmt::format("\n{}", line_of(*identity.steps));
+  }
+  return fmt::format("grid {}\nchannels {}{}\nrig {}{}\n{}", to_string(identity.grid), identity.channels,
+                     camera, one_line(identity.rig), steps, identity.options);
 }
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -215,29 +229,52 @@ std::size_t padded_head(std::uint64_t text_bytes) {
   return (sizeof(Front) + text_bytes + 7) / 8 * 8;
 }
 
+/// Bytes of the steps, in which a log of version 3 keeps its photographs.
+std::size_t steps_bytes(const Image<float>& steps) {
+  return (steps.values().size_bytes() + 7) / 8 * 8;
+}
+
 /// Checked but for the text.
 Result<Front> read_front(const AppendedFile& file) {
   Front front{};
   if (file.size() < sizeof front) return bad_head(file, "is not a photograph log");
   SYMRIG_CHECK(file.read(0, std::as_writable_bytes(std::span(&front, 1))));
   if (front.magic != kMagic) return bad_head(file, "is not a photograph log");
-  if (front.version < kOldest || front.version > kVersion)
+  if (front.version < kOldest || front.version > kPacked)
     return bad_head(file, "is a photograph log of version " + std::to_string(front.version) +
                               ", this program reads versions " + std::to_string(kOldest) + " to " +
-                              std::to_string(kVersion));
+                              std::to_string(kPacked));
   if (front.text_bytes > kLongestText || sizeof front + front.text_bytes > file.size())
     return bad_head(file, "is damaged in its head");
   return front;
+}
+
+/// The steps behind the text.
+Result<std::shared_ptr<const Image<float>>> read_steps(const AppendedFile& file, const Front& front,
+                                                       Grid camera, int channels) {
+  const std::uint64_t at = padded_head(front.text_bytes);
+  const std::uint64_t bytes = std::uint64_t{4} * static_cast<std::uint64_t>(camera.size()) * channels;
+  if (at + bytes > file.size()) return bad_head(file, "is damaged in its head");
+  Image<float> steps(camera, channels);
+  SYMRIG_CHECK(file.read(at, std::as_writable_bytes(steps.values())));
+  const bool sound = std::ranges::all_of(steps.values(), [](float v) { return v > 0 && std::isfinite(v); });
+  if (!sound) return bad_head(file, "is damaged in its head");
+  return std::make_shared<const Image<float>>(std::move(steps));
 }
 
 }  // namespace
 
 std::vector<std::byte> log_head(const LogIdentity& identity) {
   const std::string text = text_of(identity);
-  const Front front{kMagic, kVersion, crc_of(text), text.size()};
-  std::vector<std::byte> head(padded_head(text.size()));
+  const std::uint32_t version = identity.steps ? kPacked : kCells;
+  const Front front{kMagic, version, crc_of(text), text.size()};
+  const std::size_t steps_at = padded_head(text.size());
+  std::vector<std::byte> head(steps_at + (identity.steps ? steps_bytes(*identity.steps) : 0));
   std::memcpy(head.data(), &front, sizeof front);
   std::memcpy(head.data() + sizeof front, text.data(), text.size());
+  if (identity.steps)
+    std::memcpy(head.data() + steps_at, identity.steps->values().data(),
+                identity.steps->values().size_bytes());
   return head;
 }
 
@@ -248,6 +285,10 @@ Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& id
   SYMRIG_TRY(const std::string theirs, read_text(file, front));
   const std::string ours = text_of(identity);
   if (theirs != ours) return bad_head(file, "is of another capture: " + difference(theirs, ours));
+  if (identity.steps) {
+    SYMRIG_TRY(const auto steps, read_steps(file, front, identity.camera(), identity.channels));
+    if (*steps != *identity.steps) return bad_head(file, "is damaged in its head");
+  }
   return front.version == kOldest ? HeadState::whole_of_version_1 : HeadState::whole;
 }
 
@@ -257,12 +298,23 @@ Result<FoundHead> read_log_head(const AppendedFile& file) {
     SYMRIG_TRY(const std::string text, read_text(file, front));
     FoundHead head{{}, 0, padded_head(front.text_bytes)};
     std::istringstream lines(text);
-    std::string grid, channels;
+    std::string grid, channels, camera;
     char by = 0;
     lines >> grid >> head.grid.rows >> by >> head.grid.cols >> channels >> head.channels;
     const bool sound = lines && grid == "grid" && by == 'x' && channels == "channels" && head.grid.valid() &&
                        head.channels >= 1 && head.channels <= kMostChannels;
-    return sound ? Result<FoundHead>(head) : bad_head(file, "is damaged in its head");
+    if (!sound) return bad_head(file, "is damaged in its head");
+    if (front.version != kPacked) return head;
+    Grid pixels;
+    lines >> camera >> pixels.rows >> by >> pixels.cols;
+    if (!lines || camera != "camera" || by != 'x' || !pixels.valid())
+      return bad_head(file, "is damaged in its head");
+    SYMRIG_TRY(head.steps, read_steps(file, front, pixels, head.channels));
+    head.bytes += steps_bytes(*head.steps);
+    const std::vector<std::string> facts = lines_of(text);
+    if (std::ranges::find(facts, line_of(*head.steps)) == facts.end())
+      return bad_head(file, "is damaged in its head");
+    return head;
   }();
   if (found) return found;
   Error error = found.error();

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 
 namespace symrig::acquisition {
@@ -66,7 +67,8 @@ Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& id
 struct FoundHead {
   Grid grid;
   int channels = 1;
-  std::uint64_t bytes = 0;  ///< photographs begin here
+  std::uint64_t bytes = 0;                         ///< photographs begin here
+  std::shared_ptr<const Image<float>> steps = {};  ///< LogIdentity::steps
 };
 /// fails: bad_format (not a log, a newer version, damaged), io.
 Result<FoundHead> read_log_head(const AppendedFile& file);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/log/appended_file.hpp"
+#include "acquisition/log/packed_photograph.hpp"
 #include "acquisition/log/photograph_record.hpp"
 #include "symrig/acquisition/internal/fast_crc32c.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
@@ -51,7 +52,7 @@ class FileLog final : public PhotographLog {
   FileLog(AppendedFile file, const LogIdentity& identity, HeadState head, std::uint64_t first)
       : file_(std::move(file)),
         identity_(identity),
-        shape_{identity.grid, identity.channels},
+        shape_{identity.grid, identity.channels, identity.camera(), identity.steps},
         head_(head),
         end_(first) {}
 
@@ -59,6 +60,7 @@ class FileLog final : public PhotographLog {
   Result<void> find_photographs();
 
   Grid grid() const override { return shape_.grid; }
+  Grid camera_grid() const override { return shape_.camera; }
   int channels() const override { return shape_.channels; }
   std::int64_t size() const override { return std::ssize(records_); }
   Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
@@ -66,6 +68,8 @@ class FileLog final : public PhotographLog {
   Result<Pattern> pattern(std::int64_t k) const override;
   Result<Radiance> photograph(std::int64_t k) const override;
   Result<void> read(std::int64_t k, LoggedPhotograph& to) const override;
+  Result<void> rows(std::int64_t k, int strip, Radiance& to) const override;
+  Radiance kept(Radiance photograph) const override;
   Result<ProbeCost> spent(std::int64_t k) const override;
   bool budgeted(std::int64_t k) const override { return place(k).budgeted; }
   void note_coarser(std::int32_t steps) override { coarser_steps_ = steps; }
@@ -91,6 +95,14 @@ class FileLog final : public PhotographLog {
   Result<void> append_record(const Record& record);
   Result<void> sync();
   Result<Record> record(std::int64_t k, bool pattern_only) const;
+  std::uint32_t crc_of(std::span<const std::byte> record) const {
+    return acquisition::fast_crc32c(record.first(acquisition::checked_bytes(shape_, record.size())));
+  }
+  Error changed(std::int64_t k) const {
+    return {ErrorCode::bad_format,
+            file_.path().string() + ": photograph " + std::to_string(k) + " has changed since it was written",
+            "check the disk"};
+  }
 
   AppendedFile file_;
   LogIdentity identity_;
@@ -114,8 +126,8 @@ Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset
   if (!possible) return std::optional<Place>();
   buffer.resize(front.bytes);
   SYMRIG_CHECK(file_.read(offset + sizeof front, buffer));
-  const bool sound =
-      acquisition::fast_crc32c(buffer) == front.crc && acquisition::record_fits(shape_, buffer);
+  const bool sound = crc_of(buffer) == front.crc && acquisition::record_fits(shape_, buffer) &&
+                     acquisition::strips_sound(shape_, buffer);
   if (!sound) return std::optional<Place>();
   return std::optional(place_of(offset + sizeof front, front.crc, buffer));
 }
@@ -187,7 +199,7 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
   const std::size_t before = records_.size();
   for (std::size_t k = 0; k < patterns.size(); ++k) {
     acquisition::encode_record(
-        patterns[k], photographs[k],
+        shape_, patterns[k], photographs[k],
         {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted, coarser_steps_}, written_);
     auto written = append_record(written_);
     if (written) continue;
@@ -200,7 +212,7 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
 }
 
 Result<void> FileLog::append_record(const Record& record) {
-  const RecordFrame front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
+  const RecordFrame front{kRecordMagic, crc_of(record), record.size()};
   const std::uint64_t begin = file_.size();
   SYMRIG_CHECK(file_.append(std::as_bytes(std::span(&front, 1)), record));
   records_.push_back(place_of(begin + sizeof front, front.crc, record));
@@ -213,11 +225,8 @@ Result<Record> FileLog::record(std::int64_t k, bool pattern_only) const {
   const std::size_t bytes = place.bytes;
   Record record(pattern_only ? acquisition::pattern_end(shape_, bytes) : bytes);
   SYMRIG_CHECK(file_.read(place.offset, record));
-  if (!pattern_only && acquisition::fast_crc32c(record) != place.crc)
-    return Error{
-        ErrorCode::bad_format,
-        file_.path().string() + ": photograph " + std::to_string(k) + " has changed since it was written",
-        "check the disk"};
+  if (!pattern_only && (crc_of(record) != place.crc || !acquisition::strips_sound(shape_, record)))
+    return changed(k);
   return record;
 }
 
@@ -237,12 +246,39 @@ Result<void> FileLog::read(std::int64_t k, LoggedPhotograph& to) const {
   return {};
 }
 
+Result<void> FileLog::rows(std::int64_t k, int strip, Radiance& to) const {
+  if (!shape_.steps) return PhotographLog::rows(k, strip, to);
+  if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
+  const std::uint64_t packed = place(k).offset + acquisition::packed_begin(shape_, place(k).bytes);
+  const auto at = acquisition::place_of_strip(shape_.camera, shape_.channels, strip);
+  Record front(acquisition::packed_front_bytes(shape_.camera)), bytes(at.bytes);
+  SYMRIG_CHECK(file_.read(packed, front));
+  SYMRIG_CHECK(file_.read(packed + at.begin, bytes));
+  acquisition::shape_of_strip(shape_.camera, shape_.channels, strip, to);
+  if (!acquisition::unpack_strip_alone(front, bytes, *shape_.steps, strip, to)) return changed(k);
+  return {};
+}
+
+Radiance FileLog::kept(Radiance photograph) const {
+  if (!shape_.steps) return photograph;
+  Record packed(acquisition::packed_bytes(shape_.camera, shape_.channels));
+  acquisition::pack(photograph, *shape_.steps, packed.data());
+  for (int strip = 0; strip < acquisition::strips_of(shape_.camera); ++strip)
+    acquisition::unpack_strip(packed, *shape_.steps, strip, photograph);
+  return photograph;
+}
+
 Result<ProbeCost> FileLog::spent(std::int64_t k) const {
   SYMRIG_TRY(const Record bytes, record(k, true));
   return acquisition::record_spent(bytes);
 }
 
 }  // namespace
+
+std::int64_t bytes_of_photograph(const LogIdentity& identity) {
+  const PhotographShape shape{identity.grid, identity.channels, identity.camera(), identity.steps};
+  return static_cast<std::int64_t>(sizeof(RecordFrame) + acquisition::record_sizes(shape).binary);
+}
 
 Result<std::unique_ptr<PhotographLog>> create_photograph_log(const fs::path& path,
                                                              const LogIdentity& identity) {
@@ -264,10 +300,17 @@ Result<std::unique_ptr<PhotographLog>> open_photograph_log(const fs::path& path,
   return std::unique_ptr<PhotographLog>(std::move(log));
 }
 
+Result<bool> keeps_camera_photographs(const fs::path& path) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::open_to_read(path));
+  SYMRIG_TRY(const acquisition::FoundHead head, acquisition::read_log_head(file));
+  return head.steps != nullptr;
+}
+
 Result<std::unique_ptr<const PhotographLog>> read_photograph_log(const fs::path& path) {
   SYMRIG_TRY(AppendedFile file, AppendedFile::open_to_read(path));
   SYMRIG_TRY(const acquisition::FoundHead head, acquisition::read_log_head(file));
-  const LogIdentity shape{head.grid, head.channels, {}, {}};
+  LogIdentity shape{head.grid, head.channels, {}, {}};
+  shape.steps = head.steps;
   auto log = std::make_unique<FileLog>(std::move(file), shape, HeadState::whole, head.bytes);
   SYMRIG_CHECK(log->find_photographs());
   return std::unique_ptr<const PhotographLog>(std::move(log));

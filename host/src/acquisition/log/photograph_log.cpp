@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/photograph_log.hpp"
 
+#include "acquisition/log/packed_photograph.hpp"
 #include "acquisition/log/photograph_record.hpp"
+#include "symrig/base/paged_vector.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 
 namespace symrig {
@@ -16,54 +17,66 @@ using acquisition::Record;
 
 class MemoryLog final : public PhotographLog {
  public:
-  explicit MemoryLog(PhotographShape shape) : shape_(shape) {}
+  explicit MemoryLog(PhotographShape shape) : shape_(std::move(shape)) {}
 
   Grid grid() const override { return shape_.grid; }
+  Grid camera_grid() const override { return shape_.camera; }
   int channels() const override { return shape_.channels; }
-  std::int64_t size() const override { return std::ssize(records_); }
+  std::int64_t size() const override { return std::ssize(ends_); }
 
   Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
                           const ProbeCost& spent) override {
     SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
-    for (std::size_t k = 0; k < patterns.size(); ++k)
-      acquisition::encode_record(patterns[k], photographs[k],
+    for (std::size_t k = 0; k < patterns.size(); ++k) {
+      acquisition::encode_record(shape_, patterns[k], photographs[k],
                                  {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), false},
-                                 records_.emplace_back());
+                                 encoded_);
+      bytes_.append(encoded_.begin(), encoded_.end());
+      ends_.push_back(bytes_.size());
+    }
     return {};
   }
 
   Result<Pattern> pattern(std::int64_t k) const override {
-    SYMRIG_TRY(const Record* record, at(k));
-    return acquisition::record_pattern(shape_, *record);
+    SYMRIG_TRY(const auto record, at(k));
+    return acquisition::record_pattern(shape_, record);
   }
   Result<Radiance> photograph(std::int64_t k) const override {
-    SYMRIG_TRY(const Record* record, at(k));
-    return acquisition::record_photograph(shape_, *record);
+    SYMRIG_TRY(const auto record, at(k));
+    return acquisition::record_photograph(shape_, record);
   }
   Result<void> read(std::int64_t k, LoggedPhotograph& to) const override {
-    SYMRIG_TRY(const Record* record, at(k));
-    acquisition::read_record(shape_, *record, to);
+    SYMRIG_TRY(const auto record, at(k));
+    acquisition::read_record(shape_, record, to);
     return {};
   }
   Result<ProbeCost> spent(std::int64_t k) const override {
-    SYMRIG_TRY(const Record* record, at(k));
-    return acquisition::record_spent(*record);
+    SYMRIG_TRY(const auto record, at(k));
+    return acquisition::record_spent(record);
+  }
+  Result<void> cut(std::int64_t first) override {
+    ends_.resize(first);
+    bytes_.resize(first > 0 ? ends_.back() : 0);
+    return {};
   }
 
  private:
-  Result<const Record*> at(std::int64_t k) const {
+  Result<std::span<const std::byte>> at(std::int64_t k) const {
     if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
-    return &records_[k];
+    const std::size_t begin = k > 0 ? ends_[k - 1] : 0;
+    return std::span(bytes_.data() + begin, ends_[k] - begin);
   }
 
   PhotographShape shape_;
-  std::vector<Record> records_;
+  PagedVector<std::byte> bytes_;  ///< of all records
+  std::vector<std::size_t> ends_;
+  Record encoded_;
 };
 
 }  // namespace
 
-std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels) {
-  return std::make_unique<MemoryLog>(PhotographShape{grid, channels});
+std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels, std::optional<Grid> camera) {
+  return std::make_unique<MemoryLog>(PhotographShape{grid, channels, camera.value_or(grid)});
 }
 
 namespace {
@@ -98,12 +111,30 @@ bool cost_ok(const ProbeCost& spent) {
 
 }  // namespace
 
+Result<void> PhotographLog::rows(std::int64_t k, int strip, Radiance& to) const {
+  SYMRIG_TRY(const Radiance all, photograph(k));
+  acquisition::shape_of_strip(camera_grid(), channels(), strip, to);
+  const std::size_t first = std::size_t{1} * strip * kLogStripRows * camera_grid().cols;
+  const auto copy = [&](const auto& from, auto& part) {
+    for (int c = 0; c < channels(); ++c)
+      std::ranges::copy(from.plane(c).subspan(first, part.plane(c).size()), part.plane(c).begin());
+  };
+  copy(all.mean, to.mean);
+  copy(all.variance, to.variance);
+  copy(all.valid, to.valid);
+  return {};
+}
+
 Result<void> PhotographLog::forget(std::int64_t /*first*/, std::int64_t differs) {
   return Error{ErrorCode::bad_format,
                "photograph " + std::to_string(differs) +
                    " of the log was taken with another pattern than this capture asks for",
                "give the budget and the version of symrig that the log was begun with, or delete the log to "
                "begin anew"};
+}
+
+Result<void> PhotographLog::cut(std::int64_t /*first*/) {
+  return Error{ErrorCode::bad_argument, "this log keeps what it holds", "use a log in memory"};
 }
 
 /// Nothing if the log holds another photograph here.
@@ -118,8 +149,24 @@ Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern, cons
                  "photograph " + std::to_string(replayed_) +
                      " of the log has numbers that no camera gives (not finite, negative or too large)",
                  "the log is damaged: delete it to begin anew"};
+  SYMRIG_TRY(photograph, developed(pattern, std::move(photograph), replayed_cost_));
   ++replayed_;
   return std::optional(std::move(photograph));
+}
+
+/// The photograph as the capture sees it.
+Result<Radiance> LoggedProbe::developed(const Pattern& pattern, Radiance photograph,
+                                        const ProbeCost& spent) const {
+  if (!development_) return photograph;
+  SYMRIG_TRY(Radiance cells, development_->to_cells(photograph));
+  SYMRIG_CHECK(development_->cells.append(pattern, cells, spent));
+  return cells;
+}
+
+Result<std::vector<Radiance>> LoggedProbe::take(std::span<const Pattern> patterns,
+                                                std::span<const Expectation> expected) {
+  Probe& camera = development_ ? development_->camera : inner_;
+  return expected.empty() ? camera.measure(patterns) : camera.measure_expected(patterns, expected);
 }
 
 /// Goes back to the beginning of the run that the next photograph would be in. Then runs, noise and costs are
@@ -131,6 +178,7 @@ Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs, bool pla
   const std::int64_t first = replayed_ - static_cast<std::int64_t>(back);
   SYMRIG_CHECK(log_.forget(first, replayed_));
   photographs.resize(photographs.size() - back);
+  if (development_) SYMRIG_CHECK(development_->cells.cut(first));
   replayed_ = first;
   if (first > 0) {
     SYMRIG_TRY(replayed_cost_, log_.spent(first - 1));
@@ -156,11 +204,15 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
   for (std::size_t first = 0; first < patterns.size(); first += together_) {
     const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
     SYMRIG_TRY(std::vector<Radiance> answers,
-               expected.empty() ? inner_.measure(few)
-                                : inner_.measure_expected(few, expected.subspan(first, few.size())));
+               take(few, expected.empty() ? expected : expected.subspan(first, few.size())));
+    // A capture that is continued sees what the log holds, so this one must see it too.
+    for (Radiance& answer : answers) answer = log_.kept(std::move(answer));
     log_.note_coarser(expected.empty() ? 0 : expected[first].coarser_steps);
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
-    std::move(answers.begin(), answers.end(), std::back_inserter(photographs));
+    for (std::size_t k = 0; k < few.size(); ++k) {
+      SYMRIG_TRY(answers[k], developed(few[k], std::move(answers[k]), cost()));
+      photographs.push_back(std::move(answers[k]));
+    }
     SYMRIG_CHECK(told(few.size()));
   }
   return {};

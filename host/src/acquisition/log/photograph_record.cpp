@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/log/photograph_record.hpp"
 
+#include "acquisition/log/packed_photograph.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cstring>
@@ -31,22 +33,19 @@ struct RecordFront {
 };
 static_assert(sizeof(RecordFront) == 48);
 
-constexpr std::size_t padded(std::size_t bytes) {
-  return (bytes + 7) / 8 * 8;
-}
-
 /// Offsets of the parts, in bytes.
 struct Layout {
-  std::size_t pixels, values;  // values = channels × pixels
+  std::size_t pixels, values;  // of the pattern; of the photograph, all channels
   std::size_t mean, variance, valid, end;
 
   Layout(const PhotographShape& shape, std::uint32_t kind)
       : pixels(static_cast<std::size_t>(shape.grid.size())),
-        values(pixels * static_cast<std::size_t>(shape.channels)),
+        values(static_cast<std::size_t>(shape.camera.size()) * static_cast<std::size_t>(shape.channels)),
         mean(sizeof(RecordFront) + padded(kind == kBinary ? (pixels + 7) / 8 : 4 * pixels)),
         variance(mean + padded(4 * values)),
         valid(variance + padded(4 * values)),
-        end(valid + padded((values + 7) / 8)) {}
+        end(shape.steps ? mean + packed_bytes(shape.camera, shape.channels)
+                        : valid + padded((values + 7) / 8)) {}
 };
 
 bool is_binary(std::span<const float> values) {
@@ -114,23 +113,23 @@ std::uint32_t kind_of(std::span<const std::byte> record) {
 }
 
 template <class T>
-bool has_shape(const Image<T>& image, const PhotographShape& shape) {
-  return image.grid() == shape.grid && image.channels() == shape.channels;
+bool has_shape(const Image<T>& image, Grid grid, int channels) {
+  return image.grid() == grid && image.channels() == channels;
 }
 
-Error misfit(const char* what, Grid grid, int channels, const PhotographShape& shape) {
+Error misfit(const char* what, Grid grid, int channels, Grid logged) {
   return {ErrorCode::size_mismatch,
           std::string(what) + " is " + to_string(grid) + " with " + std::to_string(channels) +
-              " channels, the log's are " + to_string(shape.grid),
+              " channels, the log's are " + to_string(logged),
           "log the photographs of one rig only"};
 }
 
 Result<void> check_one(const PhotographShape& shape, const Pattern& pattern, const Radiance& photograph) {
-  if (!has_shape(pattern, {shape.grid, 1}))
-    return misfit("a pattern", pattern.grid(), pattern.channels(), shape);
-  const bool fits = has_shape(photograph.mean, shape) && has_shape(photograph.variance, shape) &&
-                    has_shape(photograph.valid, shape);
-  if (!fits) return misfit("a photograph", photograph.mean.grid(), photograph.mean.channels(), shape);
+  if (!has_shape(pattern, shape.grid, 1))
+    return misfit("a pattern", pattern.grid(), pattern.channels(), shape.grid);
+  const auto fits = [&](const auto& image) { return has_shape(image, shape.camera, shape.channels); };
+  if (!fits(photograph.mean) || !fits(photograph.variance) || !fits(photograph.valid))
+    return misfit("a photograph", photograph.mean.grid(), photograph.mean.channels(), shape.camera);
   return {};
 }
 
@@ -148,10 +147,11 @@ Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> pa
   return {};
 }
 
-void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
-                   Record& record) {
+void encode_record(const PhotographShape& shape, const Pattern& pattern, const Radiance& photograph,
+                   const RecordNote& note, Record& record) {
   const std::uint32_t kind = is_binary(pattern.values()) ? kBinary : kGrey;
-  record.resize(Layout({pattern.grid(), photograph.mean.channels()}, kind).end);
+  const Layout at(shape, kind);
+  record.resize(at.end);
   const RecordFront front{note.spent.photographs,
                           note.spent.frames,
                           note.spent.rig_seconds,
@@ -165,6 +165,7 @@ void encode_record(const Pattern& pattern, const Radiance& photograph, const Rec
     writer.bits(pattern.values());
   else
     writer.bytes(pattern.values().data(), pattern.values().size_bytes());
+  if (shape.steps) return pack(photograph, *shape.steps, record.data() + at.mean);
   writer.bytes(photograph.mean.values().data(), photograph.mean.values().size_bytes());
   writer.bytes(photograph.variance.values().data(), photograph.variance.values().size_bytes());
   writer.bits(photograph.valid.values());
@@ -183,6 +184,23 @@ bool record_fits(const PhotographShape& shape, std::span<const std::byte> record
 std::size_t pattern_end(const PhotographShape& shape, std::size_t record_bytes) {
   const Layout binary(shape, kBinary);  // on tiny grids both kinds have one size, and then one layout
   return record_bytes == binary.end ? binary.mean : Layout(shape, kGrey).mean;
+}
+
+std::size_t packed_begin(const PhotographShape& shape, std::size_t record_bytes) {
+  return pattern_end(shape, record_bytes);
+}
+
+std::size_t checked_bytes(const PhotographShape& shape, std::size_t record_bytes) {
+  if (!shape.steps) return record_bytes;
+  return packed_begin(shape, record_bytes) + packed_front_bytes(shape.camera);
+}
+
+bool strips_sound(const PhotographShape& shape, std::span<const std::byte> record) {
+  if (!shape.steps) return true;
+  const auto packed = record.subspan(packed_begin(shape, record.size()));
+  for (int strip = 0; strip < strips_of(shape.camera); ++strip)
+    if (!strip_sound(packed, shape.camera, shape.channels, strip)) return false;
+  return true;
 }
 
 std::uint32_t record_left(std::span<const std::byte> record) {
@@ -205,7 +223,7 @@ ProbeCost record_spent(std::span<const std::byte> record) {
 namespace {
 
 void get_pattern(const PhotographShape& shape, std::span<const std::byte> record, Pattern& to) {
-  if (!has_shape(to, {shape.grid, 1})) to = Pattern(shape.grid);
+  if (!has_shape(to, shape.grid, 1)) to = Pattern(shape.grid);
   const std::byte* bytes = record.data() + sizeof(RecordFront);
   if (kind_of(record) == kBinary)
     unpack(bytes, to.values());
@@ -214,10 +232,17 @@ void get_pattern(const PhotographShape& shape, std::span<const std::byte> record
 }
 
 void get_photograph(const PhotographShape& shape, std::span<const std::byte> record, Radiance& to) {
-  if (!has_shape(to.mean, shape)) to.mean = Image<float>(shape.grid, shape.channels);
-  if (!has_shape(to.variance, shape)) to.variance = Image<float>(shape.grid, shape.channels);
-  if (!has_shape(to.valid, shape)) to.valid = Image<std::uint8_t>(shape.grid, shape.channels);
+  if (!has_shape(to.mean, shape.camera, shape.channels)) to.mean = Image<float>(shape.camera, shape.channels);
+  if (!has_shape(to.variance, shape.camera, shape.channels))
+    to.variance = Image<float>(shape.camera, shape.channels);
+  if (!has_shape(to.valid, shape.camera, shape.channels))
+    to.valid = Image<std::uint8_t>(shape.camera, shape.channels);
   const Layout at(shape, kind_of(record));
+  if (shape.steps) {
+    for (int strip = 0; strip < strips_of(shape.camera); ++strip)
+      unpack_strip(record.subspan(at.mean), *shape.steps, strip, to);
+    return;
+  }
   get(record.data() + at.mean, to.mean.values());
   get(record.data() + at.variance, to.variance.values());
   unpack(record.data() + at.valid, to.valid.values());

@@ -8,15 +8,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 namespace symrig::acquisition {
 
-/// What the pixels of a log's photographs look like.
+/// What the patterns and photographs of a log look like.
 struct PhotographShape {
-  Grid grid;
+  Grid grid;  ///< of patterns
   int channels = 1;
+  Grid camera;  ///< of photographs
+  /// The steps of packed photographs (packed_photograph.hpp); none: photographs are floats.
+  std::shared_ptr<const Image<float>> steps = {};
 };
 
 using Record = std::vector<std::byte>;
@@ -33,10 +37,10 @@ struct RecordNote {
   std::int32_t coarser_steps = 0;  ///< PhotographLog::coarser; 0 to 255, and 0 without a budget
 };
 
-/// The photograph as bytes; both must have passed check_run.
+/// The photograph as bytes; both must have passed check_run with this shape.
 /// record is overwritten: a caller who keeps it spares the system from handing out the memory each time.
-void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
-                   Record& record);
+void encode_record(const PhotographShape& shape, const Pattern& pattern, const Radiance& photograph,
+                   const RecordNote& note, Record& record);
 
 /// Bytes of a record whose pattern is binary, and of one whose pattern is grey: there are no others.
 struct RecordSizes {
@@ -44,6 +48,14 @@ struct RecordSizes {
   std::size_t grey = 0;
 };
 RecordSizes record_sizes(const PhotographShape& shape);
+
+/// How many bytes at the front of a record its checksum covers: all, but for the strips of a packed
+/// photograph, which have their own.
+std::size_t checked_bytes(const PhotographShape& shape, std::size_t record_bytes);
+/// True if all strips are as they were written; always true of floats.
+bool strips_sound(const PhotographShape& shape, std::span<const std::byte> record);
+/// Where a packed photograph begins in a record.
+std::size_t packed_begin(const PhotographShape& shape, std::size_t record_bytes);
 
 /// True if the record has a size and a pattern kind that the shape allows: the parts below may then be read.
 bool record_fits(const PhotographShape& shape, std::span<const std::byte> record);
