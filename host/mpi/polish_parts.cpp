@@ -224,6 +224,13 @@ class Finder {
 
   Result<void> check_shape() const {
     const TransportTensor& t = scene_.tensor;
+    if (log_.camera_grid() != log_.grid())
+      return Error{
+          ErrorCode::bad_value,
+          fmt::format("the log keeps the camera's own photographs of {}, and polish needs those on the "
+                      "cells",
+                      to_string(log_.camera_grid())),
+          "polish a registered rig during its capture: symrig capture --polish"};
     if (log_.grid() != t.camera_grid() || log_.channels() != t.channels())
       return other(fmt::format("its photographs are {} with {} channels, those of the scene {} with {}",
                                to_string(log_.grid()), log_.channels(), to_string(t.camera_grid()),

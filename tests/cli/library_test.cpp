@@ -2,6 +2,9 @@
 // What the library captures is what the command captures: defaults, checks and procedures are the library's.
 #include "command.hpp"
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/job/rig_by_name.hpp"
+#include "symrig/report/summary.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -276,7 +279,7 @@ TEST_F(RegistrationCommand, what_does_not_fit_is_refused) {
   expect_refusal({"calibrate", "--from", "photographs", "-o", "r.h5"}, kUsage, {"--rig"});
 }
 
-// A log's photographs are on the cells, so another registration would mix two kinds of photographs.
+// Another registration would put the log's photographs on other cells.
 TEST_F(RegistrationCommand, a_capture_goes_on_only_with_the_same_registration) {
   ASSERT_EQ(symrig({"calibrate", "--rig", kBench, "-o", "one.h5"}).code, 0);
   const std::string other = std::string(kBench) + "&indirect=0.5";
@@ -289,6 +292,33 @@ TEST_F(RegistrationCommand, a_capture_goes_on_only_with_the_same_registration) {
                  kBadInput, {"registration"});
   EXPECT_EQ(
       symrig({"capture", "--rig", kBench, "--registration", "one.h5", "-o", "scene.h5", "--resume"}).code, 0);
+}
+
+// A log of an older symrig has photographs on the cells.
+TEST_F(RegistrationCommand, a_log_of_cells_goes_on) {
+  ASSERT_EQ(symrig({"calibrate", "--rig", kBench, "-o", "one.h5"}).code, 0);
+  {
+    const OpenedRig rig = *open_rig(kBench, path("one.h5").string(), {});
+    CaptureOptions options;
+    options.max_patterns = 20;
+    const auto log =
+        *create_photograph_log(path("scene.h5.log"), log_identity(*rig.probe, *settings_of(options)));
+    LoggedProbe probe(*rig.probe, *log);
+    options.log = log.get();
+    ASSERT_TRUE(capture(probe, options).ok());
+    EXPECT_EQ(log->size(), 20);
+  }
+  EXPECT_FALSE(*keeps_camera_photographs(path("scene.h5.log")));
+  const Outcome continued = symrig({"capture", "--rig", kBench, "--registration", "one.h5", "-o", "scene.h5",
+                                    "--resume", "--json", "scene.json"});
+  ASSERT_EQ(continued.code, 0) << continued.err;
+  // The smaller budget chose the last of them.
+  EXPECT_GT(json("scene.json").at("replayed"), 5);
+  ASSERT_EQ(symrig({"capture", "--rig", kBench, "--registration", "one.h5", "-o", "whole.h5", "--json",
+                    "whole.json"})
+                .code,
+            0);
+  EXPECT_EQ(json("scene.json").at("patterns"), json("whole.json").at("patterns"));
 }
 
 TEST_F(RegistrationCommand, a_rig_file_that_names_one_needs_the_cells) {

@@ -22,6 +22,8 @@ CAPTURES = (
     ("sim:vgroove-textured?size=40x52&drift=0.05&dead=0.01", "symrig", REFRESH_SECONDS),
     ("sim:gummy?size=24x31&channels=3&exposures=4", "dual", TICK_SECONDS),
 )
+# A camera finer than the cells: the log keeps what it saw, and the rig is compared with its registration on the way.
+BENCH = "sim:gummy?size=16x17&fine=2&camera=76x80&zoom=0.8&turn=1"
 KILLS = (0.0, 0.0, 0.05, 0.3, 0.31, 0.6, 0.95)  # shares of the whole log
 
 
@@ -36,10 +38,11 @@ def kill_when(log, size, command):
     return process.returncode == 0
 
 
-def check(symrig, folder, rig, algorithm, apart):
+def check(symrig, folder, rig, algorithm, apart, *options):
     def command(name, *more):
         output = str(folder / f"{name}.h5")
-        return [symrig, "capture", "--rig", rig, "--algorithm", algorithm, "-o", output, "--json", str(folder / f"{name}.json"), *more]
+        json_file = str(folder / f"{name}.json")
+        return [symrig, "capture", "--rig", rig, "--algorithm", algorithm, "-o", output, "--json", json_file, *options, *more]
 
     subprocess.run(command("whole", "--keep-log"), check=True, stdout=subprocess.DEVNULL)
     log = folder / "killed.h5.log"
@@ -68,6 +71,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for rig, algorithm, apart in CAPTURES:
             check(sys.argv[1], pathlib.Path(folder), rig, algorithm, apart)
+    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryDirectory() as beside:
+        registration = f"{beside}/registration.h5"
+        subprocess.run([sys.argv[1], "calibrate", "--rig", BENCH, "-o", registration], check=True, stdout=subprocess.DEVNULL)
+        check(sys.argv[1], pathlib.Path(folder), BENCH, "symrig", REFRESH_SECONDS, "--registration", registration)
 
 
 main()

@@ -115,14 +115,24 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
                                PhotographLog* log) {
   const Stopwatch watch;
   Probe& rig = *opened.probe;
+  // A log of the camera's own photographs: the capture works on cells, and reads them as often as it likes.
+  std::unique_ptr<PhotographLog> cells;
+  std::optional<Development> development;
+  if (log != nullptr && log->camera_grid() != log->grid()) {
+    cells = make_memory_log(rig.grid(), rig.channels());
+    RegisteredProbe& registered = *opened.registered;
+    development.emplace(Development{
+        registered.camera(),
+        [&registered](const Radiance& photograph) { return registered.to_cells(photograph); }, *cells});
+  }
   std::optional<LoggedProbe> logged;
-  if (log != nullptr) logged.emplace(rig, *log, rig.together());
+  if (log != nullptr) logged.emplace(rig, *log, rig.together(), development);
   Probe& measuring = logged ? static_cast<Probe&>(*logged) : rig;
   std::optional<job::WatchedProbe> watched;
   if (job.see) watched.emplace(measuring, job.see);
   Probe& probe = watched ? static_cast<Probe&>(*watched) : measuring;
   CaptureOptions options = job.options;
-  options.log = log;
+  options.log = cells ? cells.get() : log;
   // Of a capture that goes on, the rig may have been repaired since.
   options.look_aside = [&](std::span<const Pattern> patterns) -> Result<std::vector<Radiance>> {
     if (logged && logged->replayed() > 0) return std::vector<Radiance>();
@@ -165,6 +175,20 @@ Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSett
   if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome, job.options.progress));
   if (!job.json.empty()) SYMRIG_CHECK(write_text_output(job.json, outcome.json));
   return outcome;
+}
+
+/// A log of a registered camera keeps the camera's own photographs, unless an older one goes on.
+LogIdentity identity_of(const CaptureJob& job, const OpenedRig& rig, const CaptureSettings& settings,
+                        const LogOptions& keeping) {
+  LogIdentity identity = log_identity(*rig.probe, settings);
+  if (rig.registered == nullptr || keeping.off) return identity;
+  if (CaptureLog::goes_on(job.output, keeping)) {
+    const auto of_camera = keeps_camera_photographs(CaptureLog::path_of(job.output));
+    if (of_camera && !*of_camera) return identity;
+  }
+  identity.steps = rig.registered->steps();
+  if (identity.steps) identity.channels = rig.registered->camera().channels();
+  return identity;
 }
 
 /// Where scratch files go: to the disk of the output.
@@ -222,6 +246,12 @@ std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig) {
   return scene == rig.probe->describe() ? "" : scene;
 }
 
+std::int64_t log_bytes_each(const CaptureJob& job, const OpenedRig& rig) {
+  const LogOptions keeping = log_options(job);
+  const auto settings = settings_of(job.options);
+  return keeping.off || !settings ? 0 : bytes_of_photograph(identity_of(job, rig, *settings, keeping));
+}
+
 std::int64_t least_memory(Grid grid, int channels) {
   // Each thread that applies transport has sixteen photographs as floats.
   const std::int64_t applied = grid.size() * 16 * 4 * tbb::this_task_arena::max_concurrency();
@@ -262,7 +292,8 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   // Nobody asked for the usual memory, so it is no reason to refuse.
   const std::int64_t memory = job.memory > 0 ? job.memory : std::max(usual_memory(), least);
   const MemoryScope scope({memory, least, scratch_folder(job)});
-  SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
+  const LogIdentity identity = identity_of(job, rig, settings, keeping);
+  SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, identity));
   Result<CaptureOutcome> outcome =
       guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
   // The first photographs of a rig that must be changed are of no use later, nor are those that nothing but a

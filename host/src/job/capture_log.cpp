@@ -14,10 +14,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string log_path(const std::string& output) {
-  return output + ".log";
-}
-
 /// Device and inode; zeros if there is no file.
 std::pair<std::uint64_t, std::uint64_t> file_at(const std::string& path) {
   struct stat status {};
@@ -27,14 +23,18 @@ std::pair<std::uint64_t, std::uint64_t> file_at(const std::string& path) {
 
 }  // namespace
 
+std::string CaptureLog::path_of(const std::string& output) {
+  return output + ".log";
+}
+
 JobFiles CaptureLog::declare(const std::string& output, const LogOptions& options, JobFiles files) {
-  if (!options.off) files.writes("the log", log_path(output), FileFormat::log);
+  if (!options.off) files.writes("the log", path_of(output), FileFormat::log);
   return files;
 }
 
 Result<void> CaptureLog::check(const std::string& output, const LogOptions& options) {
   std::error_code ignored;
-  const std::string path = log_path(output);
+  const std::string path = path_of(output);
   if (options.off || options.resume || !fs::exists(path, ignored)) return {};
   return Error{ErrorCode::bad_argument,
                fmt::format("{} holds the photographs of a capture that was interrupted or still runs", path),
@@ -43,14 +43,14 @@ Result<void> CaptureLog::check(const std::string& output, const LogOptions& opti
 
 bool CaptureLog::goes_on(const std::string& output, const LogOptions& options) {
   std::error_code ignored;
-  return options.resume && fs::exists(log_path(output), ignored);
+  return options.resume && fs::exists(path_of(output), ignored);
 }
 
 Result<CaptureLog> CaptureLog::open(const std::string& output, const LogOptions& options,
                                     const LogIdentity& identity) {
   CaptureLog capture;
   if (options.off) return capture;
-  capture.path_ = log_path(output);
+  capture.path_ = path_of(output);
   capture.keep_ = options.keep;
   if (goes_on(output, options)) {
     SYMRIG_TRY(capture.log_, open_photograph_log(capture.path_, identity));

@@ -42,12 +42,22 @@ class RegisteredProbe final : public Probe {
   bool computes() const override { return rig_.computes(); }
   void tell(const TakenSome& taken) override { rig_.tell(taken); }
   ProbeCost cost() const override;
-  Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
+  /// Compares the rig with its registration first, because it may have moved since.
+  Result<void> continue_after(const ProbeCost& spent) override;
   std::string describe() const override { return rig_.describe(); }
   /// With the registration that it began with.
   std::string identity() const override;
 
   const CellWeights& weights() const { return weights_; }
+
+  /// The rig with its own photographs: what measure() takes before it puts them on the cells. Its
+  /// expectations are of the cells.
+  Probe& camera() { return camera_; }
+  /// What measure() makes of a photograph of camera().  fails: size_mismatch.
+  Result<Radiance> to_cells(const Radiance& photograph);
+  /// The step to which a log may round each sample of camera() (LogIdentity::steps). None: a log keeps the
+  /// cells, because the camera is not finer than they are, or because register_again() may change the map.
+  std::shared_ptr<const Image<float>> steps() const { return again_ ? nullptr : steps_; }
 
   /// From now on, compares the rig with its registration before the first photograph, and again after this
   /// many: measure() fails with `fault` if the rig has moved further than `most` cells. Photographs: 2 each
@@ -77,19 +87,40 @@ class RegisteredProbe final : public Probe {
         weights_(std::move(weights)),
         digest_(weights_.digest()),
         map_error_(map_error) {}
+  /// camera()
+  class Camera final : public ForwardingProbe {
+   public:
+    Camera(RegisteredProbe& probe, Probe& rig) : ForwardingProbe(rig), probe_(probe), rig_(rig) {}
+    Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+    Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                   std::span<const Expectation> expected) override;
+
+   private:
+    Result<std::vector<Radiance>> seen(std::span<const Pattern> /*patterns*/,
+                                       Result<std::vector<Radiance>> photographs) override {
+      return photographs;
+    }
+    RegisteredProbe& probe_;
+    Probe& rig_;
+  };
+
   Result<void> move_to_new_place();
-  Result<void> watch_before(std::size_t photographs);
+  Result<void> watch_before();
   Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
 
   std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
+  Camera camera_{*this, rig_};
+  std::shared_ptr<const Image<float>> steps_ = {};
   std::optional<BayerPattern> mosaic_ = {};
   CellWeights weights_;
   std::uint32_t digest_;  // of the first weights
   double map_error_;      // [cells]
   double gather_seconds_ = 0;
   std::optional<MotionWatch> watch_;
-  std::int64_t every_ = 0, until_check_ = 0;
+  std::int64_t every_ = 0;
+  std::int64_t on_cells_ = 0;  ///< photographs so far, with those of a log that this capture continues
+  std::int64_t checks_ = 0;    ///< comparisons before them
   double most_ = 0;
   Register again_;
   std::int64_t registered_again_ = 0;

@@ -30,6 +30,7 @@ struct LogOptions {
 /// disk.
 class CaptureLog {
  public:
+  static std::string path_of(const std::string& output);
   /// Adds the log to the files of a capture.
   static JobFiles declare(const std::string& output, const LogOptions& options, JobFiles files);
   /// To be called before long work.
@@ -115,6 +116,9 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig);
 /// The scene in the file of a job's output that the job will replace, if another rig measured it (as in
 /// Probe::describe()); empty: no such file.
 std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig);
+
+/// Bytes that each photograph adds to the log; 0: the job keeps none.
+std::int64_t log_bytes_each(const CaptureJob& job, const OpenedRig& rig);
 
 /// The least memory of a job: what photographs take while they are worked on.
 std::int64_t least_memory(Grid grid, int channels);

@@ -3,6 +3,9 @@
 
 #include "symrig/base/time.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace symrig {
@@ -11,6 +14,22 @@ namespace {
 
 Result<CellWeights> weights_of(const Registration& registration, const std::optional<BayerPattern>& mosaic) {
   return mosaic ? registration.weights_of_mosaic(*mosaic) : registration.weights();
+}
+
+/// A photograph is at most the flood-lit one, so a step of 4e-5 of it leaves room for noise in 16 bits. What
+/// is dark is kept to a part of the noise of a photograph; the registration's is the mean of some tens.
+Image<float> steps_of(const Registration& registration) {
+  constexpr float kStep = 4e-5F, kSigmas = 16, kDarkest = 1e-6F;
+  const Radiance& flood = registration.flood;
+  const auto count = static_cast<float>(std::max<std::int64_t>(registration.photographs, 1));
+  const auto brightest = std::ranges::max(flood.mean.values());
+  const float least = brightest > 0 ? kDarkest * brightest : 1;
+  Image<float> steps(flood.mean.grid(), flood.mean.channels());
+  for (std::size_t i = 0; i < steps.values().size(); ++i) {
+    const float noise = std::sqrt(std::max(flood.variance.values()[i], 0.F) * count);
+    steps.values()[i] = kStep * std::max(std::max(flood.mean.values()[i], 0.F) + kSigmas * noise, least);
+  }
+  return steps;
 }
 
 }  // namespace
@@ -33,37 +52,43 @@ Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<P
                              registration.flood.mean.channels(), rig->channels()),
                  "calibrate the rig again"};
   SYMRIG_TRY(CellWeights weights, weights_of(registration, mosaic));
-  return std::unique_ptr<RegisteredProbe>(
+  std::unique_ptr<RegisteredProbe> probe(
       new RegisteredProbe(std::move(rig), std::move(weights), registration.error(), mosaic));
+  if (!registration.shift) probe->steps_ = std::make_shared<const Image<float>>(steps_of(registration));
+  return probe;
 }
 
 std::string RegisteredProbe::identity() const {
   return fmt::format("{}, registration {:08x}", rig_.identity(), digest_);
 }
 
+Result<Radiance> RegisteredProbe::to_cells(const Radiance& photograph) {
+  const Stopwatch watch;
+  Result<Radiance> cells = weights_.gather(photograph);
+  gather_seconds_ += watch.seconds();
+  ++on_cells_;
+  return cells;
+}
+
 Result<std::vector<Radiance>> RegisteredProbe::gather(const Result<std::vector<Radiance>>& photographs) {
   if (!photographs) return photographs.error();
-  const Stopwatch watch;
   std::vector<Radiance> cells;
   cells.reserve(photographs->size());
   for (const Radiance& photograph : *photographs) {
-    SYMRIG_TRY(auto one, weights_.gather(photograph));
+    SYMRIG_TRY(auto one, to_cells(photograph));
     cells.push_back(std::move(one));
   }
-  gather_seconds_ += watch.seconds();
   return cells;
 }
 
 void RegisteredProbe::watch_motion(MotionWatch watch, std::int64_t every, double most) {
   watch_ = std::move(watch);
   every_ = every;
-  until_check_ = 0;
   most_ = most;
 }
 
 Result<void> RegisteredProbe::check_motion() {
   if (!watch_) return {};
-  until_check_ = every_;
   SYMRIG_TRY(const Motion motion, watch_->measure(rig_));
   if (motion.distance() <= most_ + 3 * motion.sigma) return {};
   if (again_) return move_to_new_place();
@@ -85,25 +110,46 @@ Result<void> RegisteredProbe::move_to_new_place() {
   return {};
 }
 
-Result<void> RegisteredProbe::watch_before(std::size_t photographs) {
-  if (!watch_) return {};
-  if (until_check_ <= 0) SYMRIG_CHECK(check_motion());
-  until_check_ -= static_cast<std::int64_t>(photographs);
-  return {};
+/// Comparisons come after fixed numbers of photographs: then those of a capture that is continued are where
+/// they would have been.
+Result<void> RegisteredProbe::watch_before() {
+  if (!watch_ || on_cells_ < every_ * checks_) return {};
+  ++checks_;
+  return check_motion();
+}
+
+Result<void> RegisteredProbe::continue_after(const ProbeCost& spent) {
+  if (watch_) {
+    SYMRIG_CHECK(check_motion());
+    constexpr std::int64_t kEach = 2;  // photographs of a comparison
+    // A log of cells does not say how many photographs it had.
+    if (on_cells_ == 0) on_cells_ = spent.photographs - kEach * (spent.photographs / (every_ + kEach) + 1);
+    checks_ = std::min((spent.photographs - on_cells_) / kEach, on_cells_ / every_ + 1);
+  }
+  return rig_.continue_after(spent);
+}
+
+Result<std::vector<Radiance>> RegisteredProbe::Camera::measure(std::span<const Pattern> patterns) {
+  SYMRIG_CHECK(probe_.watch_before());
+  return rig_.measure(patterns);
+}
+
+Result<std::vector<Radiance>> RegisteredProbe::Camera::measure_expected(
+    std::span<const Pattern> patterns, std::span<const Expectation> expected) {
+  SYMRIG_CHECK(probe_.watch_before());
+  std::vector<Expectation> of_pixels(expected.begin(), expected.end());
+  for (Expectation& one : of_pixels)
+    for (ExpectedPart& part : one.parts) part.noise /= probe_.weights_.noise_share();
+  return rig_.measure_expected(patterns, of_pixels);
 }
 
 Result<std::vector<Radiance>> RegisteredProbe::measure(std::span<const Pattern> patterns) {
-  SYMRIG_CHECK(watch_before(patterns.size()));
-  return gather(rig_.measure(patterns));
+  return gather(camera_.measure(patterns));
 }
 
 Result<std::vector<Radiance>> RegisteredProbe::measure_expected(std::span<const Pattern> patterns,
                                                                 std::span<const Expectation> expected) {
-  SYMRIG_CHECK(watch_before(patterns.size()));
-  std::vector<Expectation> of_pixels(expected.begin(), expected.end());
-  for (Expectation& one : of_pixels)
-    for (ExpectedPart& part : one.parts) part.noise /= weights_.noise_share();
-  return gather(rig_.measure_expected(patterns, of_pixels));
+  return gather(camera_.measure_expected(patterns, expected));
 }
 
 ProbeCost RegisteredProbe::cost() const {
