@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/calibration/registration.hpp"
+#include "symrig/hdr/mosaic.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/tensor/camera_transport.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace symrig {
+
+struct CameraFitOptions {
+  /// Standard deviation of a pixel's coefficients of low-rank leaves, as a share of those of its cell.
+  double leaf_spread = 0.3;
+  /// Share of the pixel's flood-lit light that the model may miss in every photograph.
+  double floor = 3e-5;
+  /// Of a camera with a colour mosaic, whose photographs have one channel and whose cells have three. A pixel
+  /// has a row in the channel of its own filter only.
+  std::optional<BayerPattern> mosaic = {};
+  /// Numbers of photographs that the fit must not see, because they judge it.
+  std::vector<std::int64_t> held_out = {};
+  Progress progress = {};
+};
+
+struct CameraFit {
+  CameraTransport transport;
+  /// Of each pixel and channel: Σ (photograph − fit)² / variance over its photographs, divided by their
+  /// number. 0 where nothing was fitted.
+  Image<float> chi_square;
+  double unknowns = 0;  ///< mean number of a pixel and channel
+};
+
+/// Fits the row of T that belongs to each pixel of a camera that is finer than the cells.
+///
+/// tensor: T on the cells, as the capture found it. registration: where the pixels look. photographs: what
+/// the camera saw during the capture, on its own pixels. No photograph more is needed: T on the cells says
+/// which few numbers describe the row of a pixel, and the photographs tell them.
+/// fails: size_mismatch (the three are not of one rig); bad_value (too few photographs, or none lit
+/// everywhere); interrupted; as the log.
+Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
+                             const PhotographLog& photographs, const CameraFitOptions& options = {});
+
+}  // namespace symrig

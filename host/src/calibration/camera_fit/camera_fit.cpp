@@ -1,0 +1,406 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/camera_fit.hpp"
+
+#include "calibration/camera_fit/bounded_least_squares.hpp"
+#include "calibration/camera_fit/cell_rows.hpp"
+#include "calibration/camera_fit/footprint.hpp"
+#include "calibration/camera_fit/row_prior.hpp"
+#include "symrig/image/outline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig {
+namespace {
+
+using calibration::CellRows;
+using Column = CameraTransport::Column;
+
+constexpr double kLeastBlur = 0.03;  ///< [cells] no optics are sharper
+
+/// What every photograph shows to each column, [columns × photographs].
+struct Shown {
+  std::size_t photographs = 0;
+  std::vector<float> bases, cells;
+
+  const float* of(Column column) const {
+    return column >= 0 ? &bases[column * photographs] : &cells[(-1 - column) * photographs];
+  }
+};
+
+/// The photographs of one channel, [pixels × photographs].
+struct Seen {
+  std::size_t photographs = 0;
+  std::vector<float> mean, weight;  ///< weight: 1 / variance, 0 where a photograph is not valid
+
+  std::span<const float> mean_of(std::size_t pixel) const {
+    return std::span(mean).subspan(pixel * photographs, photographs);
+  }
+  std::span<const float> weight_of(std::size_t pixel) const {
+    return std::span(weight).subspan(pixel * photographs, photographs);
+  }
+};
+
+/// Rows of the camera that are fitted at once: those of a strip of the log.
+struct Strip {
+  int number = 0, first_row = 0, rows = 0, cols = 0;
+
+  std::size_t pixels() const { return std::size_t{1} * rows * cols; }
+  /// Of a pixel of the camera, counted from the strip's first.
+  std::size_t index(std::int32_t pixel) const { return pixel - std::size_t{1} * first_row * cols; }
+};
+
+/// The pixels of a strip that look at each cell, cell after cell.
+struct PixelsOfCells {
+  std::vector<std::int32_t> cell;   ///< those that any pixel looks at
+  std::vector<std::int64_t> first;  ///< of each of them in `pixel`; and the end
+  std::vector<std::int32_t> pixel;
+};
+
+Point middle_of(const Outline& outline) {
+  Point sum;
+  for (const Point& corner : outline) sum.row += corner.row / 4, sum.col += corner.col / 4;
+  return sum;
+}
+
+/// sees: whether a pixel has a row in this channel.
+template <class Sees>
+PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid cells, Sees&& sees) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> found;  // cell, pixel
+  for (int row = strip.first_row; row < strip.first_row + strip.rows; ++row)
+    for (int col = 0; col < strip.cols; ++col) {
+      if (!sees(row, col)) continue;
+      const Point at = middle_of(outline_of(corners, row, col));
+      if (!(at.row >= 0 && at.col >= 0 && at.row < cells.rows && at.col < cells.cols)) continue;
+      found.emplace_back(static_cast<std::int32_t>(at.row) * cells.cols + static_cast<std::int32_t>(at.col),
+                         row * strip.cols + col);
+    }
+  std::ranges::sort(found);
+  PixelsOfCells sorted;
+  for (const auto& [cell, pixel] : found) {
+    if (sorted.cell.empty() || sorted.cell.back() != cell) {
+      sorted.cell.push_back(cell);
+      sorted.first.push_back(std::ssize(sorted.pixel));
+    }
+    sorted.pixel.push_back(pixel);
+  }
+  sorted.first.push_back(std::ssize(sorted.pixel));
+  return sorted;
+}
+
+/// Fits the pixels of one cell after the other. It keeps its memory; each thread has one.
+class PixelFitter {
+ public:
+  PixelFitter(const CellRows& rows, const CameraFitOptions& options, double blur)
+      : prior_(rows, options.leaf_spread), floor_(options.floor), blur_(blur) {}
+
+  /// The columns of the pixels of this cell.
+  const std::vector<Column>& begin(std::int32_t cell) {
+    prior_.begin(cell, blur_);
+    least_.resize(static_cast<Eigen::Index>(prior_.columns().size()));
+    return prior_.columns();
+  }
+  /// To be called before the pixels of the cell are fitted.
+  void show(const Shown& shown) {
+    const auto& columns = prior_.columns();
+    x_.resize(static_cast<Eigen::Index>(shown.photographs), static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      x_.col(static_cast<Eigen::Index>(k)) =
+          Eigen::Map<const Eigen::VectorXf>(shown.of(columns[k]), x_.rows()).cast<double>();
+  }
+
+  /// The coefficients of a pixel; light: of it in the flood-lit scene.
+  const Eigen::VectorXd& fit(const calibration::Footprint& footprint, double light,
+                             std::span<const float> mean, std::span<const float> weight);
+  double chi_square() const { return chi_square_; }
+
+ private:
+  calibration::RowPrior prior_;
+  calibration::BoundedLeastSquares solver_;
+  double floor_, blur_, chi_square_ = 0;
+  Eigen::MatrixXd x_, weighted_, normal_;
+  Eigen::VectorXd foretold_, sigma_, root_, rest_, right_, least_, coefficients_;
+};
+
+// The row of a pixel is what its photographs and the prior make likeliest: the minimum over d of
+//
+//   Σ_j (y_j − x_jᵀ (m + S d))² / v_j + |d|²,    m + S d ≥ 0 for light from single cells
+//
+// v_j: the stated variance and the floor of the model. Each pixel weighs its photographs by its own noise: in
+// a photograph that leaves it dark, its noise is a hundredth of that in the flood-lit one, and such
+// photographs show the faint light of far cells.
+const Eigen::VectorXd& PixelFitter::fit(const calibration::Footprint& footprint, double light,
+                                        std::span<const float> mean, std::span<const float> weight) {
+  prior_.of_pixel(footprint, light, foretold_, sigma_);
+  const Eigen::Index photographs = x_.rows(), columns = x_.cols();
+  root_.resize(photographs);
+  const double floor = floor_ * light * floor_ * light;
+  for (Eigen::Index j = 0; j < photographs; ++j)
+    root_(j) = weight[j] > 0 ? 1 / std::sqrt(1 / static_cast<double>(weight[j]) + floor) : 0;
+  rest_.noalias() = -x_ * foretold_;
+  for (Eigen::Index j = 0; j < photographs; ++j) rest_(j) += mean[j];
+  rest_.array() *= root_.array();
+  weighted_ = root_.asDiagonal() * x_ * sigma_.asDiagonal();
+  normal_.setIdentity(columns, columns);
+  normal_.selfadjointView<Eigen::Lower>().rankUpdate(weighted_.transpose());
+  right_.noalias() = weighted_.transpose() * rest_;
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    const bool bounded = prior_.single(k) && sigma_(k) > 0;
+    least_(k) = bounded ? std::min(-foretold_(k) / sigma_(k), 0.0) : -std::numeric_limits<double>::infinity();
+  }
+  const Eigen::VectorXd& d = solver_.solve(normal_, right_, least_);
+  rest_.noalias() -= weighted_ * d;
+  chi_square_ =
+      rest_.squaredNorm() / static_cast<double>(std::max<Eigen::Index>((root_.array() > 0).count(), 1));
+  coefficients_ = foretold_ + sigma_.cwiseProduct(d);
+  return coefficients_;
+}
+
+/// What the pixels of a channel share.
+struct Channel {
+  int number = 0;
+  const CellRows& rows;
+  CornerMap corners;
+  double blur = 0;  ///< as footprint_of()
+};
+
+/// Everything that a fit of all pixels shares.
+class CameraFitter {
+ public:
+  CameraFitter(const TransportTensor& tensor, const Registration& registration, const PhotographLog& log,
+               const CameraFitOptions& options)
+      : tensor_(tensor),
+        registration_(registration),
+        log_(log),
+        options_(options),
+        work_(options.progress),
+        held_out_(options.held_out) {
+    std::ranges::sort(held_out_);
+  }
+
+  Result<CameraFit> fit();
+
+ private:
+  Result<void> check() const;
+  Result<void> show_patterns();
+  void show_bases(std::size_t from);
+  Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
+  void plan(int channel, const PixelsOfCells& pixels, PixelFitter& fitter);
+  Result<void> fit_strip(const Channel& channel, const Strip& strip);
+  Result<void> fit_channel(int number);
+
+  const TransportTensor& tensor_;
+  const Registration& registration_;
+  const PhotographLog& log_;
+  const CameraFitOptions& options_;
+  Work work_;
+  std::vector<std::int64_t> held_out_;  // sorted
+  std::size_t photographs_ = 0;
+  std::vector<char> white_;
+  Shown shown_;
+  CameraTransport::Parts parts_;
+  CameraFit found_;
+  std::int64_t values_ = 0, fitted_ = 0;
+};
+
+Result<void> CameraFitter::check() const {
+  const auto differ = [](const char* what, Grid theirs, Grid ours) {
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} has {}, the scene {}", what, to_string(theirs), to_string(ours)),
+                 "take scene, registration and photographs of one capture"};
+  };
+  if (registration_.cells != tensor_.projector_grid())
+    return differ("the registration", registration_.cells, tensor_.projector_grid());
+  if (log_.grid() != tensor_.projector_grid())
+    return differ("the log", log_.grid(), tensor_.projector_grid());
+  if (log_.camera_grid() != registration_.camera())
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the log's photographs are {}, the registered camera is {}",
+                             to_string(log_.camera_grid()), to_string(registration_.camera())),
+                 "keep the camera's own photographs in the log"};
+  const bool of_mosaic = options_.mosaic.has_value();
+  if (log_.channels() != (of_mosaic ? 1 : tensor_.channels()) || (of_mosaic && tensor_.channels() != 3))
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the log has {} channels, the scene {}", log_.channels(), tensor_.channels()),
+                 "take scene and photographs of one capture"};
+  return {};
+}
+
+/// The patterns, cell by cell.
+Result<void> CameraFitter::show_patterns() {
+  photographs_ = static_cast<std::size_t>(log_.size());
+  const std::size_t cells = tensor_.projector_grid().size();
+  shown_.photographs = photographs_;
+  shown_.cells.resize(cells * photographs_);
+  white_.assign(photographs_, 0);
+  for (std::size_t k = 0; k < photographs_; ++k) {
+    SYMRIG_TRY(const Pattern pattern, log_.pattern(static_cast<std::int64_t>(k)));
+    white_[k] = std::ranges::all_of(pattern.values(), [](float v) { return v == 1; }) ? 1 : 0;
+    for (std::size_t n = 0; n < cells; ++n) shown_.cells[n * photographs_ + k] = pattern.values()[n];
+  }
+  if (std::ranges::none_of(white_, [](char w) { return w != 0; }))
+    return Error{ErrorCode::bad_value, "none of the photographs shows the flood-lit scene",
+                 "keep all photographs of the capture"};
+  return {};
+}
+
+/// Of the bases from number `from` on.
+void CameraFitter::show_bases(std::size_t from) {
+  const std::span<const std::int32_t> order = tensor_.camera_tree().order();
+  std::size_t value = 0;
+  for (std::size_t q = 0; q < from; ++q)
+    value += static_cast<std::size_t>(parts_.bases[q].end - parts_.bases[q].begin) * parts_.bases[q].rank;
+  const std::size_t columns = parts_.bases.empty() ? 0 : parts_.bases.back().first + parts_.bases.back().rank;
+  shown_.bases.resize(columns * photographs_);
+  std::vector<std::size_t> at(parts_.bases.size());
+  for (std::size_t q = from; q < parts_.bases.size(); ++q) {
+    at[q] = value;
+    value += static_cast<std::size_t>(parts_.bases[q].end - parts_.bases[q].begin) * parts_.bases[q].rank;
+  }
+  tbb::parallel_for(from, parts_.bases.size(), [&](std::size_t q) {
+    const LightBasis& basis = parts_.bases[q];
+    const std::size_t length = basis.end - basis.begin;
+    for (std::int32_t k = 0; k < basis.rank; ++k) {
+      Eigen::Map<Eigen::VectorXf> sum(&shown_.bases[(basis.first + k) * photographs_],
+                                      static_cast<Eigen::Index>(photographs_));
+      sum.setZero();
+      for (std::size_t j = 0; j < length; ++j)
+        sum += parts_.basis_values[at[q] + k * length + j] *
+               Eigen::Map<const Eigen::VectorXf>(&shown_.cells[order[basis.begin + j] * photographs_],
+                                                 static_cast<Eigen::Index>(photographs_));
+    }
+  });
+}
+
+/// flood: becomes the flood-lit light of each pixel, the weighted mean of all photographs of it.
+Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<float>& flood) const {
+  const std::size_t pixels = strip.pixels(), size = pixels * photographs_;
+  Seen seen{photographs_, std::vector<float>(size), std::vector<float>(size)};
+  std::vector<double> sum(pixels), weights(pixels);
+  const int plane = options_.mosaic ? 0 : channel;
+  Radiance photograph;
+  for (std::size_t k = 0; k < photographs_; ++k) {
+    SYMRIG_CHECK(log_.rows(static_cast<std::int64_t>(k), strip.number, photograph));
+    const bool used = !std::ranges::binary_search(held_out_, static_cast<std::int64_t>(k));
+    const auto mean = photograph.mean.plane(plane), variance = photograph.variance.plane(plane);
+    const auto valid = photograph.valid.plane(plane);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const float weight = used && valid[i] != 0 ? 1 / std::max(variance[i], 1e-30F) : 0;
+      seen.mean[i * photographs_ + k] = mean[i];
+      seen.weight[i * photographs_ + k] = weight;
+      if (white_[k] != 0) sum[i] += static_cast<double>(weight) * mean[i], weights[i] += weight;
+    }
+    work_.look();
+  }
+  const auto registered =
+      registration_.flood.mean.plane(plane).subspan(std::size_t{1} * strip.first_row * strip.cols);
+  flood.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i)
+    flood[i] = weights[i] > 0 ? static_cast<float>(sum[i] / weights[i]) : registered[i];
+  return seen;
+}
+
+/// The columns of each cell, and where the coefficients of its pixels go.
+void CameraFitter::plan(int channel, const PixelsOfCells& pixels, PixelFitter& fitter) {
+  for (std::size_t k = 0; k < pixels.cell.size(); ++k) {
+    const std::vector<Column>& columns = fitter.begin(pixels.cell[k]);
+    CameraTransport::Group group;
+    group.channel = channel;
+    group.columns = static_cast<std::int32_t>(columns.size());
+    group.pixels = static_cast<std::int32_t>(pixels.first[k + 1] - pixels.first[k]);
+    group.first_column = std::ssize(parts_.columns);
+    group.first_pixel = std::ssize(parts_.pixels) + pixels.first[k];
+    group.first_value = values_;
+    values_ += std::int64_t{group.columns} * group.pixels;
+    parts_.groups.push_back(group);
+    parts_.columns.insert(parts_.columns.end(), columns.begin(), columns.end());
+  }
+  fitted_ += std::ssize(pixels.pixel);
+  parts_.pixels.insert(parts_.pixels.end(), pixels.pixel.begin(), pixels.pixel.end());
+  parts_.values.resize(values_);
+}
+
+Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip) {
+  const auto sees = [&](int row, int col) {
+    return !options_.mosaic || options_.mosaic->at(row, col) == channel.number;
+  };
+  const PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
+  const std::size_t first_group = parts_.groups.size();
+  PixelFitter planner(channel.rows, options_, channel.blur);
+  plan(channel.number, pixels, planner);
+  std::vector<float> flood;
+  SYMRIG_TRY(const Seen seen, see(channel.number, strip, flood));
+
+  const int cols = registration_.cells.cols;
+  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, options_, channel.blur);
+  const std::span<float> chi = found_.chi_square.plane(channel.number);
+  tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
+    const CameraTransport::Group& group = parts_.groups[first_group + g];
+    const std::int32_t cell = pixels.cell[g];
+    PixelFitter& fitter = fitters.local();
+    fitter.begin(cell);
+    fitter.show(shown_);
+    for (std::int32_t k = 0; k < group.pixels; ++k) {
+      const std::int32_t pixel = parts_.pixels[group.first_pixel + k];
+      const std::size_t at = strip.index(pixel);
+      const auto footprint =
+          calibration::footprint_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols),
+                                    cell / cols, cell % cols, channel.blur);
+      const Eigen::VectorXd& row = fitter.fit(footprint, flood[at], seen.mean_of(at), seen.weight_of(at));
+      float* to = &parts_.values[group.first_value + std::int64_t{k} * group.columns];
+      for (std::int32_t n = 0; n < group.columns; ++n) to[n] = static_cast<float>(row(n));
+      chi[pixel] = static_cast<float>(fitter.chi_square());
+    }
+    work_.add(std::int64_t{group.pixels} * group.columns * group.columns *
+              static_cast<std::int64_t>(photographs_) / 2);
+  });
+  return {};
+}
+
+Result<void> CameraFitter::fit_channel(int number) {
+  const std::size_t first_basis = parts_.bases.size();
+  SYMRIG_TRY(const CellRows rows, CellRows::make(tensor_, number, parts_.bases, parts_.basis_values));
+  show_bases(first_basis);
+  const OpticsBlur& optics = registration_.blur;
+  const double measured = optics.measured ? std::hypot(optics.projector, optics.camera) : 0;
+  const Channel channel{number, rows,
+                        registration_.maps[registration_.maps.size() == 1 ? 0 : number].corners(),
+                        std::hypot(measured, kLeastBlur, registration_.error())};
+  const Grid camera = registration_.camera();
+  for (int row = 0, strip = 0; row < camera.rows; row += kLogStripRows, ++strip)
+    SYMRIG_CHECK(fit_strip(channel, {strip, row, std::min(kLogStripRows, camera.rows - row), camera.cols}));
+  return {};
+}
+
+Result<CameraFit> CameraFitter::fit() {
+  SYMRIG_CHECK(check());
+  return stoppable(work_, [&]() -> Result<CameraFit> {
+    work_.begin("fitting the camera's pixels");
+    SYMRIG_CHECK(show_patterns());
+    parts_.cells = tensor_.camera_tree();
+    parts_.camera = registration_.camera();
+    parts_.channels = tensor_.channels();
+    found_.chi_square = Image<float>(parts_.camera, parts_.channels);
+    for (int channel = 0; channel < parts_.channels; ++channel) SYMRIG_CHECK(fit_channel(channel));
+    found_.unknowns = fitted_ > 0 ? static_cast<double>(values_) / static_cast<double>(fitted_) : 0;
+    SYMRIG_TRY(found_.transport, CameraTransport::make(std::move(parts_)));
+    return std::move(found_);
+  });
+}
+
+}  // namespace
+
+Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
+                             const PhotographLog& photographs, const CameraFitOptions& options) {
+  return CameraFitter(tensor, registration, photographs, options).fit();
+}
+
+}  // namespace symrig

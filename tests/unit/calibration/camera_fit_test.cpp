@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+// T on the camera's own pixels, and the parts that its fit is made of.
+#include "symrig/calibration/camera_fit.hpp"
+
+#include "calibration/camera_fit/bounded_least_squares.hpp"
+#include "calibration/camera_fit/cell_rows.hpp"
+#include "calibration/camera_fit/footprint.hpp"
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/image/outline.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+namespace symrig::camera_fit_test {
+namespace {
+
+using calibration::BoundedLeastSquares;
+using calibration::CellRows;
+using calibration::Footprint;
+using calibration::footprint_of;
+
+// The minimum is where the gradient is 0, or pulls a value against its bound.
+TEST(BoundedLeastSquares, fulfils_the_conditions_of_its_minimum) {
+  Random random(1);
+  BoundedLeastSquares solver;
+  for (int round = 0; round < 300; ++round) {
+    const int n = 1 + round % 40;
+    // From well conditioned to nearly singular, as photographs make it that hardly tell two cells apart.
+    Eigen::MatrixXd z(n + 3, n);
+    for (double& v : z.reshaped()) v = random.uniform() - 0.5;
+    if (n > 1) z.col(1) = z.col(0) + std::pow(10.0, -(round % 7)) * z.col(1);
+    const Eigen::MatrixXd a = 1e4 * z.transpose() * z + Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd h(n), least(n);
+    for (int k = 0; k < n; ++k) {
+      h(k) = 1e4 * (random.uniform() - 0.5);
+      least(k) = k % 3 == 0 ? -std::numeric_limits<double>::infinity() : -random.uniform();
+    }
+    const Eigen::VectorXd x = solver.solve(a, h, least);
+    const Eigen::VectorXd gradient = a * x - h;
+    // Cholesky's error is that of the sums: condition times rounding is below 1e-6 here.
+    const double slack = 1e-6 * h.cwiseAbs().maxCoeff();
+    for (int k = 0; k < n; ++k) {
+      EXPECT_GE(x(k), least(k) - 1e-8);
+      const bool bound = x(k) <= least(k) + 1e-8;
+      if (bound)
+        EXPECT_GE(gradient(k), -slack) << round << " " << k;
+      else
+        EXPECT_NEAR(gradient(k), 0, slack) << round << " " << k;
+    }
+  }
+}
+
+// A sharp picture: the shares are areas. A point in 5 x 5 stands for a strip of a fifth of the pixel's side,
+// so an area may be wrong by half of that on each of the borders that cross it.
+TEST(Footprint, of_sharp_optics_is_the_area) {
+  const double s = 0.27, turned = 0.2;
+  for (const Point at : {Point{4.5, 4.5}, Point{4.02, 4.9}, Point{4.97, 4.01}}) {
+    Outline outline;
+    for (int k = 0; k < 4; ++k) {
+      const double y = k < 2 ? -s / 2 : s / 2, x = k == 1 || k == 2 ? s / 2 : -s / 2;
+      outline[k] = {at.row + y * std::cos(turned) - x * std::sin(turned),
+                    at.col + y * std::sin(turned) + x * std::cos(turned)};
+    }
+    const Footprint found = footprint_of(outline, 4, 4, 1e-4);
+    std::vector<Overlap> overlaps;
+    cut_outline(outline, {9, 9}, overlaps);
+    double sum = 0;
+    for (const double share : found.share) sum += share;
+    EXPECT_NEAR(sum, 1, 1e-9);
+    for (const Overlap& overlap : overlaps)
+      EXPECT_NEAR(found.share[(overlap.row - 2) * Footprint::side + overlap.col - 2],
+                  overlap.area / area_of(outline), 0.2)
+          << overlap.row << " " << overlap.col;
+  }
+}
+
+// Blurred light: its mean and variance are those of the pixel and of the blur.
+TEST(Footprint, of_blurred_optics_is_as_wide_as_the_blur) {
+  const double blur = 0.4;
+  const Outline outline{Point{4.4, 4.4}, Point{4.4, 4.6}, Point{4.6, 4.6}, Point{4.6, 4.4}};
+  const Footprint found = footprint_of(outline, 4, 4, blur);
+  const auto normal = [&](double x) { return 0.5 * std::erfc(-x / (blur * std::sqrt(2.0))); };
+  // The pixel is narrow: its own width changes a share by less than (0.2)² / 24 of the curvature, below 1e-2.
+  const double middle = normal(0.5) - normal(-0.5), beside = normal(1.5) - normal(0.5);
+  EXPECT_NEAR(found.share[12], middle * middle, 0.01);
+  EXPECT_NEAR(found.share[11], middle * beside, 0.01);
+  EXPECT_NEAR(found.share[6], beside * beside, 0.01);
+}
+
+struct Bench {
+  std::unique_ptr<VirtualRig> rig, ideal;
+  std::unique_ptr<PhotographLog> log;
+  std::optional<Registration> registration;
+  TransportTensor tensor, on_ideal;
+};
+
+/// Keeps the camera's own photographs.
+class Keeping final : public ForwardingProbe {
+ public:
+  Keeping(Probe& rig, PhotographLog& log) : ForwardingProbe(rig), log_(log) {}
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
+                                     Result<std::vector<Radiance>> photographs) override {
+    const bool kept = photographs && log_.append_run(patterns, *photographs, cost()).ok();
+    EXPECT_TRUE(kept);
+    return photographs;
+  }
+  PhotographLog& log_;
+};
+
+/// Four camera pixels along the side of a cell, turned: 152x152 for 32x32 cells. Four exposures a photograph:
+/// planned ones leave a pixel as much noise as the search allows for its whole cell.
+Bench captured(const std::string& scene, int size) {
+  Bench bench;
+  const int camera = static_cast<int>(std::lround(size * 4.75));
+  const std::string uri =
+      "sim:" + scene + "?fine=4&exposures=4&size=" + std::to_string(size) + "x" + std::to_string(size);
+  bench.rig = *open_virtual_rig(uri + "&camera=" + std::to_string(camera) + "x" + std::to_string(camera) +
+                                "&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02");
+  bench.ideal = *open_virtual_rig(uri);
+  bench.on_ideal = capture(*bench.ideal, {})->tensor;
+  bench.registration = *register_camera(*bench.rig);
+  bench.log = make_memory_log(bench.rig->grid(), bench.rig->channels(), bench.rig->camera_grid());
+  Keeping keeping(*bench.rig, *bench.log);
+  RegisteredProbe probe(keeping, *bench.registration->weights(), bench.registration->error());
+  bench.tensor = capture(probe, {})->tensor;
+  return bench;
+}
+
+/// Squares of an error and of the light, of everything and of what is not lit directly.
+struct Sums {
+  double error = 0, light = 0, error_aside = 0, light_aside = 0;
+
+  void add(double found, double truth, bool lit) {
+    const double e = (found - truth) * (found - truth), l = truth * truth;
+    error += e, light += l;
+    if (!lit) error_aside += e, light_aside += l;
+  }
+  double all() const { return std::sqrt(error / light); }
+  double aside() const { return std::sqrt(error_aside / light_aside); }
+};
+
+/// A pixel whose outline, with a margin, is on the cells: whether it sees a lit one. Nothing: it is not.
+std::optional<bool> lit(const Outline& outline, const Pattern& pattern) {
+  constexpr double kMargin = 0.04;
+  double top = 1e9, left = 1e9, bottom = -1e9, right = -1e9;
+  for (const Point& p : outline) {
+    top = std::min(top, p.row - kMargin), bottom = std::max(bottom, p.row + kMargin);
+    left = std::min(left, p.col - kMargin), right = std::max(right, p.col + kMargin);
+  }
+  const Grid grid = pattern.grid();
+  if (top < 0 || left < 0 || bottom >= grid.rows || right >= grid.cols) return {};
+  for (int y = static_cast<int>(top); y <= static_cast<int>(bottom); ++y)
+    for (int x = static_cast<int>(left); x <= static_cast<int>(right); ++x)
+      if (pattern.at(y, x) > 0) return true;
+  return false;
+}
+
+struct Compared {
+  Sums camera, ideal;
+};
+
+/// Dots of one cell in 64: every pixel is dark in most of them.
+Compared compared(const Bench& bench, const CameraTransport& found) {
+  Compared sums;
+  Random random(7);
+  const CornerMap corners = bench.rig->exact_corners().front();
+  for (int k = 0; k < 16; ++k) {
+    Pattern dots(bench.rig->grid());
+    for (float& v : dots.values()) v = random.uniform() < 1.0 / 64 ? 1 : 0;
+    const Image<float> seen = *found.apply(dots), truth = bench.rig->ideal_photograph(dots);
+    const Grid camera = seen.grid();
+    for (int y = 0; y < camera.rows; ++y)
+      for (int x = 0; x < camera.cols; ++x)
+        if (const auto is_lit = lit(outline_of(corners, y, x), dots))
+          sums.camera.add(seen.at(y, x), truth.at(y, x), *is_lit);
+    const Image<float> cells = *bench.on_ideal.apply(dots), ideal = bench.ideal->ideal_photograph(dots);
+    for (std::size_t i = 0; i < cells.values().size(); ++i)
+      sums.ideal.add(cells.values()[i], ideal.values()[i], dots.values()[i] > 0);
+  }
+  return sums;
+}
+
+// The rows of T, summed and looked up, are those that apply() multiplies with.
+TEST(CellRows, are_the_rows_of_the_tensor) {
+  const auto rig = *open_virtual_rig("sim:vgroove-textured?size=17x13&noise=off");
+  const TransportTensor tensor = capture(*rig, {})->tensor;
+  std::vector<LightBasis> bases;
+  std::vector<float> values;
+  const CellRows rows = *CellRows::make(tensor, 0, bases, values);
+  const Image<float> flood = *tensor.apply(Pattern(rig->grid(), 1, 1.F));
+  const float brightest = std::ranges::max(flood.values());
+  for (std::int32_t c = 0; c < 17 * 13; ++c)
+    EXPECT_NEAR(rows.total(c), flood.values()[c], 1e-5 * brightest) << c;
+  for (const int cell : {0, 5 * 13 + 6, 16 * 13 + 12}) {
+    Pattern one(rig->grid());
+    one.values()[cell] = 1;
+    const Image<float> column = *tensor.apply(one);  // T is symmetric: a row too
+    const int row = cell / 13, col = cell % 13;
+    for (int k = 0; k < 25; ++k) {
+      const int y = row + k / 5 - 2, x = col + k % 5 - 2;
+      const bool inside = y >= 0 && x >= 0 && y < 17 && x < 13;
+      EXPECT_NEAR(rows.near(cell)[k], inside ? column.at(y, x) : 0, 1e-5 * brightest);
+    }
+    EXPECT_EQ(rows.diagonal(cell), rows.near(cell)[12]);
+    for (const CellRows::Entry& strong : rows.strong(cell))
+      EXPECT_GE(strong.value, 0.02 * rows.total(cell) * (1 - 1e-5));
+  }
+}
+
+class CameraFitOf : public testing::TestWithParam<std::pair<const char*, double>> {};
+
+// The light beside lit cells, on the camera's pixels, against the ideal coaxial rig's on its cells.
+TEST_P(CameraFitOf, errs_little_more_than_the_ideal_rig) {
+  const auto [scene, bar] = GetParam();
+  const Bench bench = captured(scene, 32);
+  const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log);
+  ASSERT_TRUE(fit.ok()) << fit.error().line();
+  const Compared sums = compared(bench, fit->transport);
+  EXPECT_LE(sums.camera.aside(), bar * sums.ideal.aside());
+  EXPECT_LE(sums.camera.all(), bar * sums.ideal.all());
+  RecordProperty("aside", std::to_string(sums.camera.aside() / sums.ideal.aside()));
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, CameraFitOf,
+                         testing::Values(std::pair{"vgroove-textured", 1.3}, std::pair{"gummy", 1.4},
+                                         std::pair{"mirror", 2.0}, std::pair{"views2", 2.5}),
+                         [](const auto& of) {
+                           std::string name = of.param.first;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST(CameraFit, refuses_what_is_not_of_one_capture) {
+  const auto rig = *open_virtual_rig("sim:plane?size=16x16&camera=76x76&zoom=0.784");
+  const Registration registration = *register_camera(*rig);
+  TensorBuilder builder(BlockTree(Grid{16, 16}), 1);
+  const TransportTensor tensor = std::move(builder).finish();
+  const auto code = [&](const PhotographLog& log) {
+    const auto fit = fit_camera(tensor, registration, log);
+    return fit ? std::optional<ErrorCode>() : fit.error().code;
+  };
+  EXPECT_EQ(code(*make_memory_log({16, 16}, 1)), ErrorCode::size_mismatch);  // of cells
+  EXPECT_EQ(code(*make_memory_log({8, 8}, 1, Grid{76, 76})), ErrorCode::size_mismatch);
+  EXPECT_EQ(code(*make_memory_log({16, 16}, 3, Grid{76, 76})), ErrorCode::size_mismatch);
+  EXPECT_EQ(code(*make_memory_log({16, 16}, 1, Grid{76, 76})), ErrorCode::bad_value);  // none is flood-lit
+}
+
+TEST(CameraTransport, refuses_parts_that_do_not_fit) {
+  const auto made = [](auto change) {
+    CameraTransport::Parts parts;
+    parts.cells = BlockTree(Grid{2, 2});
+    parts.camera = {3, 3};
+    parts.bases = {{0, 2, 1, 0}};
+    parts.basis_values = {0.6F, 0.8F};
+    parts.groups = {{}};
+    parts.groups[0].columns = 2;
+    parts.groups[0].pixels = 1;
+    parts.columns = {0, -4};
+    parts.pixels = {4};
+    parts.values = {2, 3};
+    change(parts);
+    return CameraTransport::make(std::move(parts));
+  };
+  const auto good = made([](auto&) {});
+  ASSERT_TRUE(good.ok());
+  Pattern pattern({2, 2}, 1, 1.F);
+  const Image<float> photograph = *good->apply(pattern);
+  EXPECT_FLOAT_EQ(photograph.at(1, 1), 2 * 1.4F + 3);
+  EXPECT_EQ(photograph.at(0, 0), 0);
+  EXPECT_EQ(good->apply(Pattern({2, 3})).error().code, ErrorCode::size_mismatch);
+  using Parts = CameraTransport::Parts;
+  EXPECT_FALSE(made([](Parts& p) { p.columns[0] = 1; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.columns[1] = -5; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.pixels[0] = 9; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.groups[0].pixels = 2; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.groups[0].first_value = 1; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.groups[0].first_column = -1; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.groups[0].channel = 1; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.bases[0].end = 5; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.bases[0].first = 1; }).ok());
+  EXPECT_FALSE(made([](Parts& p) { p.basis_values.pop_back(); }).ok());
+}
+
+}  // namespace
+}  // namespace symrig::camera_fit_test
