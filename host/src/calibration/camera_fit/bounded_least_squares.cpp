@@ -14,6 +14,13 @@ namespace symrig::calibration {
 // circle, so after a few rounds that make no progress only the last wrong value changes sides, which ends
 // (Murty's rule).
 
+namespace {
+
+constexpr double kNegligible = 1e-3;  ///< of a sum of squares whose unit is the noise
+constexpr double kOutside = 1e-4;     ///< beyond a bound, until the end: rounding is not taken for a fault
+
+}  // namespace
+
 void BoundedLeastSquares::solve_free(const Eigen::MatrixXd& a, const Eigen::VectorXd& h,
                                      const Eigen::VectorXd& least) {
   const Eigen::Index n = h.size();
@@ -41,15 +48,18 @@ void BoundedLeastSquares::find_wrong(const Eigen::MatrixXd& a, const Eigen::Vect
   gradient_.noalias() = a.selfadjointView<Eigen::Lower>() * x_ - h;
   wrong_.clear();
   for (int k = 0; k < h.size(); ++k) {
-    const double slack = 1e-9 * (1 + std::abs(h(k)));
-    const bool below = bound_[k] == 0 && x_(k) < least(k) - 1e-9;
+    // To free a value, while the others stay, lowers the sum by gradient² / 2 a_kk.
+    const double slack = std::sqrt(2 * kNegligible * a(k, k));
+    const bool below = bound_[k] == 0 && x_(k) < least(k) - kOutside;
     if (below || (bound_[k] != 0 && gradient_(k) < -slack)) wrong_.push_back(k);
   }
 }
 
 const Eigen::VectorXd& BoundedLeastSquares::solve(const Eigen::MatrixXd& a, const Eigen::VectorXd& h,
                                                   const Eigen::VectorXd& least) {
-  bound_.assign(h.size(), 0);
+  // Values whose bound is their mean are mostly light that is not there.
+  bound_.resize(h.size());
+  for (int k = 0; k < h.size(); ++k) bound_[k] = least(k) == 0 ? 1 : 0;
   std::size_t fewest = bound_.size() + 1;
   int patience = 3;
   for (std::size_t round = 0; round < 20 * (bound_.size() + 1); ++round) {
@@ -67,6 +77,7 @@ const Eigen::VectorXd& BoundedLeastSquares::solve(const Eigen::MatrixXd& a, cons
     else
       bound_[wrong_.back()] ^= 1;
   }
+  x_ = x_.cwiseMax(least);
   return x_;
 }
 

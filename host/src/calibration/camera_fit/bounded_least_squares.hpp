@@ -8,7 +8,8 @@
 namespace symrig::calibration {
 
 /// Solves min ½ xᵀ A x − hᵀ x with x ≥ least, for many small problems one after the other. It keeps its
-/// memory.
+/// memory. It ends where no bound value can lower the sum by more than a thousandth while the others stay;
+/// the unit of a sum of squares is the noise, so nobody would see more.
 class BoundedLeastSquares {
  public:
   /// a: symmetric and positive definite, lower triangle. least: −infinity where a value is free.
