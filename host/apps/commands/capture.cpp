@@ -181,8 +181,8 @@ Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig, const std:
   if (const std::string text = memory_text(job, rig); !text.empty()) meter.say(text);
   if (rig.registered != nullptr)
     if (const std::int64_t bytes = log_bytes_each(job, rig); bytes > 0)
-      meter.say(fmt::format("{}.log keeps the camera's photographs: {} each", job.output,
-                            byte_size(static_cast<double>(bytes))));
+      meter.say(
+          fmt::format("{}.log takes {} a photograph", job.output, byte_size(static_cast<double>(bytes))));
   // The result repeats them. A person may want to stop before the light of hours.
   for (const std::string& warning : rig.trouble().warnings) meter.say("warning: " + warning);
   job.options.foretell = [&meter](const CaptureForecast& forecast) {

@@ -121,9 +121,10 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
   if (log != nullptr && log->camera_grid() != log->grid()) {
     cells = make_memory_log(rig.grid(), rig.channels());
     RegisteredProbe& registered = *opened.registered;
-    development.emplace(Development{
-        registered.camera(),
-        [&registered](const Radiance& photograph) { return registered.to_cells(photograph); }, *cells});
+    development.emplace(
+        Development{registered.camera(),
+                    [&registered](const Radiance& photograph) { return registered.to_cells(photograph); },
+                    [&registered](std::int64_t photographs) { registered.forget(photographs); }, *cells});
   }
   std::optional<LoggedProbe> logged;
   if (log != nullptr) logged.emplace(rig, *log, rig.together(), development);

@@ -245,10 +245,14 @@ TEST(CameraFit, refuses_what_is_not_of_one_capture) {
   const Registration registration = *register_camera(*rig);
   TensorBuilder builder(BlockTree(Grid{16, 16}), 1);
   const TransportTensor tensor = std::move(builder).finish();
-  const auto code = [&](const PhotographLog& log) {
-    const auto fit = fit_camera(tensor, registration, log);
+  const auto code_of = [&](const TransportTensor& of, const PhotographLog& log) {
+    const auto fit = fit_camera(of, registration, log);
     return fit ? std::optional<ErrorCode>() : fit.error().code;
   };
+  const auto code = [&](const PhotographLog& log) { return code_of(tensor, log); };
+  TensorBuilder general(BlockTree(Grid{16, 16}), BlockTree(Grid{16, 16}), 1);
+  EXPECT_EQ(code_of(std::move(general).finish(), *make_memory_log({16, 16}, 1, Grid{76, 76})),
+            ErrorCode::bad_argument);
   EXPECT_EQ(code(*make_memory_log({16, 16}, 1)), ErrorCode::size_mismatch);  // of cells
   EXPECT_EQ(code(*make_memory_log({8, 8}, 1, Grid{76, 76})), ErrorCode::size_mismatch);
   EXPECT_EQ(code(*make_memory_log({16, 16}, 3, Grid{76, 76})), ErrorCode::size_mismatch);

@@ -139,6 +139,8 @@ Result<std::unique_ptr<const PhotographLog>> read_photograph_log(const std::file
 struct Development {
   Probe& camera;  ///< takes the photographs for the log
   std::function<Result<Radiance>(const Radiance& photograph)> to_cells;
+  /// So many of the last photographs are not part of the capture after all.
+  std::function<void(std::int64_t photographs)> forget;
   PhotographLog& cells;  ///< gets all photographs on the cells: those of the log too
 };
 

@@ -39,11 +39,11 @@ struct CameraFit {
 
 /// Fits the row of T that belongs to each pixel of a camera that is finer than the cells.
 ///
-/// tensor: T on the cells, as the capture found it. registration: where the pixels look. photographs: what
-/// the camera saw during the capture, on its own pixels. No photograph more is needed: T on the cells says
-/// which few numbers describe the row of a pixel, and the photographs tell them.
-/// fails: size_mismatch (the three are not of one rig); bad_value (too few photographs, or none lit
-/// everywhere); interrupted; as the log.
+/// tensor: T on the cells, as the capture found it, symmetric. registration: where the pixels look.
+/// photographs: what the camera saw during the capture, on its own pixels. No photograph more is needed: T on
+/// the cells says which few numbers describe the row of a pixel, and the photographs tell them. fails:
+/// size_mismatch (the three are not of one rig); bad_argument (T is not symmetric); bad_value (no photograph
+/// of the flood-lit scene); interrupted; as the log.
 Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
                              const PhotographLog& photographs, const CameraFitOptions& options = {});
 

@@ -55,6 +55,8 @@ class RegisteredProbe final : public Probe {
   Probe& camera() { return camera_; }
   /// What measure() makes of a photograph of camera().  fails: size_mismatch.
   Result<Radiance> to_cells(const Radiance& photograph);
+  /// So many of the last ones were of a log, and this capture takes others instead.
+  void forget(std::int64_t photographs) { on_cells_ -= photographs; }
   /// The step to which a log may round each sample of camera() (LogIdentity::steps). None: a log keeps the
   /// cells, because the camera is not finer than they are, or because register_again() may change the map.
   std::shared_ptr<const Image<float>> steps() const { return again_ ? nullptr : steps_; }

@@ -178,7 +178,10 @@ Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs, bool pla
   const std::int64_t first = replayed_ - static_cast<std::int64_t>(back);
   SYMRIG_CHECK(log_.forget(first, replayed_));
   photographs.resize(photographs.size() - back);
-  if (development_) SYMRIG_CHECK(development_->cells.cut(first));
+  if (development_) {
+    development_->forget(replayed_ - first);
+    SYMRIG_CHECK(development_->cells.cut(first));
+  }
   replayed_ = first;
   if (first > 0) {
     SYMRIG_TRY(replayed_cost_, log_.spent(first - 1));

@@ -217,6 +217,10 @@ Result<void> CameraFitter::check() const {
                  fmt::format("{} has {}, the scene {}", what, to_string(theirs), to_string(ours)),
                  "take scene, registration and photographs of one capture"};
   };
+  if (!tensor_.symmetric())
+    return Error{ErrorCode::bad_argument,
+                 "T on the cells is not symmetric, so its rows are not those of a camera pixel",
+                 "capture the scene with an algorithm that uses symmetry, such as symrig"};
   if (registration_.cells != tensor_.projector_grid())
     return differ("the registration", registration_.cells, tensor_.projector_grid());
   if (log_.grid() != tensor_.projector_grid())

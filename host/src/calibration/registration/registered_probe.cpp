@@ -122,9 +122,11 @@ Result<void> RegisteredProbe::continue_after(const ProbeCost& spent) {
   if (watch_) {
     SYMRIG_CHECK(check_motion());
     constexpr std::int64_t kEach = 2;  // photographs of a comparison
-    // A log of cells does not say how many photographs it had.
-    if (on_cells_ == 0) on_cells_ = spent.photographs - kEach * (spent.photographs / (every_ + kEach) + 1);
-    checks_ = std::min((spent.photographs - on_cells_) / kEach, on_cells_ / every_ + 1);
+    // What was spent contains photographs that no log has: of the comparisons, and of looks at the rig. A log
+    // of cells does not say how many it has. No more comparisons than these fit between the others:
+    const std::int64_t most = (spent.photographs + every_ - 1) / (every_ + kEach);
+    checks_ = std::min((spent.photographs - on_cells_) / kEach, most);
+    on_cells_ = spent.photographs - kEach * checks_;
   }
   return rig_.continue_after(spent);
 }
