@@ -45,6 +45,18 @@ Image<float> on_screen(const Pattern& pattern) {
   return shown;
 }
 
+/// A merged photograph as the rig logs it, but for the lamp: without black.
+Radiance as_logged(Radiance photograph, const Radiance& black) {
+  const auto mean = photograph.mean.values(), variance = photograph.variance.values();
+  const auto valid = photograph.valid.values();
+  for (std::size_t i = 0; i < valid.size(); ++i) {
+    valid[i] = valid[i] != 0 && black.valid.values()[i] != 0 ? 1 : 0;
+    mean[i] = valid[i] != 0 ? mean[i] - black.mean.values()[i] : 0;
+    variance[i] = valid[i] != 0 ? variance[i] + black.variance.values()[i] : 0;
+  }
+  return photograph;
+}
+
 class Auditor {
  public:
   Auditor(std::span<const TrueExposure> truth, const sim::ImageFormation& formation,
@@ -56,22 +68,7 @@ class Auditor {
     if (options.scattered) gather_scattered();
   }
 
-  /// The grid of the log's photographs.
-  Grid grid() const { return options_.weights != nullptr ? options_.weights->cells() : formation_.camera(); }
-
-  /// A merged photograph as the rig logs it, but for the lamp: without black, and on the cells if the camera
-  /// is registered. The cells are no linear function of the pixels, so black is subtracted first.
-  Result<Radiance> as_logged(Radiance photograph, const Radiance& black) const {
-    const auto mean = photograph.mean.values(), variance = photograph.variance.values();
-    const auto valid = photograph.valid.values();
-    for (std::size_t i = 0; i < valid.size(); ++i) {
-      valid[i] = valid[i] != 0 && black.valid.values()[i] != 0 ? 1 : 0;
-      mean[i] = valid[i] != 0 ? mean[i] - black.mean.values()[i] : 0;
-      variance[i] = valid[i] != 0 ? variance[i] + black.variance.values()[i] : 0;
-    }
-    if (options_.weights == nullptr) return photograph;
-    return options_.weights->gather(photograph);
-  }
+  Grid camera() const { return formation_.camera(); }
 
   /// Of a rig that subtracts none.
   Radiance no_black() const {
@@ -292,13 +289,12 @@ using Blacks = std::map<int, Radiance>;  // by session
 
 /// Median distance of a session's photographs with this black. If several brackets have a photograph's
 /// pattern, the last one is most likely, because earlier ones were taken again.
-Result<double> misfit(const Auditor& auditor, std::span<const Suspect> suspects, int session,
-                      const Radiance& black) {
+double misfit(std::span<const Suspect> suspects, int session, const Radiance& black) {
   std::vector<double> distances;
   for (const Suspect& suspect : suspects) {
     if (distances.size() == kWitnesses) break;
     if (suspect.brackets.empty() || suspect.brackets.back().session != session) continue;
-    SYMRIG_TRY(const Radiance again, auditor.as_logged(suspect.brackets.back().photograph, black));
+    const Radiance again = as_logged(suspect.brackets.back().photograph, black);
     distances.push_back(distance(again, suspect.logged));
   }
   return median(distances);
@@ -320,7 +316,7 @@ Result<Radiance> black_of(const Auditor& auditor, std::span<const Suspect> suspe
     for (std::size_t k = 0; k < dark.size(); ++k)
       if (chosen[k] != 0) used.push_back(dark[k]);
     SYMRIG_TRY(Radiance black, average(used));
-    SYMRIG_TRY(const double away, misfit(auditor, suspects, session, black));
+    const double away = misfit(suspects, session, black);
     if (away < least) least = away, best = std::move(black);
   } while (std::next_permutation(chosen.begin(), chosen.end()));
   return best;
@@ -337,11 +333,10 @@ Result<Blacks> blacks_of(const Auditor& auditor, std::span<const Suspect> suspec
 }
 
 /// Finds the nearest bracket and moves it to the front.
-Result<AuditedPhotograph> judge(const Auditor& auditor, Suspect& suspect, const Blacks& blacks,
-                                std::span<const TrueExposure> truth) {
+AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const TrueExposure> truth) {
   AuditedPhotograph best{-1, 0};
   for (Bracket& bracket : suspect.brackets) {
-    SYMRIG_TRY(const Radiance again, auditor.as_logged(bracket.photograph, blacks.at(bracket.session)));
+    const Radiance again = as_logged(bracket.photograph, blacks.at(bracket.session));
     const double away = distance(again, suspect.logged);
     if (best.distance >= 0 && away >= best.distance) continue;
     best = {away, truth[bracket.taken.front()].frame};
@@ -354,12 +349,12 @@ Result<AuditedPhotograph> judge(const Auditor& auditor, Suspect& suspect, const 
 Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other,
                    const Radiance& black, double limit, Audit& audit) {
   const Bracket& own = suspect.brackets.front();
-  SYMRIG_TRY(const Radiance right, auditor.as_logged(own.photograph, black));
+  const Radiance right = as_logged(own.photograph, black);
   for (std::size_t j = 0; j < own.codes.size(); ++j) {
     std::vector<FrameCodes> codes = own.codes;
     codes[j] = other.codes[j];
     SYMRIG_TRY(Radiance merged, auditor.merged(own.taken, codes));
-    SYMRIG_TRY(const Radiance wrong, auditor.as_logged(std::move(merged), black));
+    const Radiance wrong = as_logged(std::move(merged), black);
     ++audit.planted;
     if (distance(wrong, suspect.logged) > limit)
       ++audit.found;
@@ -386,17 +381,16 @@ Result<std::vector<Suspect>> suspects_of(const PhotographLog& log, const Auditor
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth,
                     const sim::ImageFormation& formation, const AuditOptions& options) {
   const Auditor auditor(truth, formation, options);
-  if (log.grid() != auditor.grid())
+  if (log.camera_grid() != auditor.camera())
     return Error{ErrorCode::size_mismatch,
                  fmt::format("the log's photographs have {} pixels, but {} are expected",
-                             to_string(log.grid()), to_string(auditor.grid())),
-                 "give the scene of the capture, and its registration if it has one"};
+                             to_string(log.camera_grid()), to_string(auditor.camera())),
+                 "give the scene of the capture"};
   SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
   SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, suspects, options.blacks));
   Audit audit;
   for (Suspect& suspect : suspects) {
-    SYMRIG_TRY(const AuditedPhotograph judged, judge(auditor, suspect, blacks, truth));
-    audit.photographs.push_back(judged);
+    audit.photographs.push_back(judge(suspect, blacks, truth));
   }
   for (std::size_t k = 0; k < suspects.size(); ++k) {
     const double away = audit.photographs[k].distance;

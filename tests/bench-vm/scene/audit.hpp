@@ -5,7 +5,6 @@
 #include "sim/image_formation.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/result.hpp"
-#include "symrig/calibration/cell_weights.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -26,9 +25,6 @@ struct AuditOptions {
   /// A photograph is right if its distance to the true frames' photograph is below this. [rms over the
   /// pixels, in sigmas of the photograph's own noise]
   double limit = 0.2;
-  /// Of the capture's registration, if the camera has pixels of its own: then the log holds photographs of
-  /// the cells. They must outlive the audit.
-  const CellWeights* weights = nullptr;
 };
 
 /// The result for one photograph.
@@ -57,7 +53,7 @@ struct Audit {
 /// The rig divides by its estimate of the lamp level, which the references' noise changes by some
 /// thousandths. So a factor within a hundredth of 1 is fitted to each photograph. The rig's black is the mean
 /// of dark brackets at the begin of the session.
-/// fails: as PhotographLog::read and merge; size_mismatch (the log is of another grid).
+/// fails: as PhotographLog::read and merge; size_mismatch (the log is of another camera).
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth,
                     const sim::ImageFormation& formation, const AuditOptions& options);
 
