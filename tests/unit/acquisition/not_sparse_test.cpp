@@ -2,6 +2,7 @@
 // Transport that is not data-sparse: never more photographs than brute force takes, and the evidence is told.
 #include "acquisition/search/budget.hpp"
 #include "dense_scene.hpp"
+#include "judged_capture.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/statistics.hpp"
 #include "workbench.hpp"
@@ -42,6 +43,18 @@ TEST(NotSparse, transport_between_pairs_of_pixels_is_sparse) {
     EXPECT_LT(outcome.result.patterns, side * side);
     EXPECT_LE(outcome.error, 1e-6) << side;
   }
+}
+
+// The search needs 99 photographs of 99 pixels. So no pixel is left to be lit alone, and none tells what to
+// expect of the others.
+TEST(NotSparse, a_search_that_leaves_brute_force_no_photograph_is_solved_by_what_it_found) {
+  const tests::Judged judged = tests::judge("sim:vgroove-mixed?size=9x11&seed=1");
+  ASSERT_TRUE(judged.result.undetermined);
+  ASSERT_TRUE(judged.result.undetermined->completed);
+  EXPECT_EQ(judged.result.patterns, 99);
+  ASSERT_TRUE(judged.result.stated_error());
+  EXPECT_LT(judged.truth.frobenius, *judged.result.stated_error());
+  EXPECT_LT(judged.truth.frobenius, 0.02);  // twice the tolerance
 }
 
 TEST(NotSparse, grids_of_fewer_than_64_pixels_are_brute_force) {

@@ -131,6 +131,10 @@ struct BruteForceRest::Prior {
   bool known = false;                     ///< around what the search knew; otherwise around 0
   double around = 0;                      ///< beside the diagonal
   double direct = 0, direct_scatter = 0;  ///< the diagonal: its mean, and around that
+
+  /// Too few pixels were lit alone to tell: all is expected as the search found it, the diagonal too.
+  bool only_search = false;
+  void read(const Matrix& p, const Matrix& left, const Matrix& weight);
 };
 
 /// Photographs of patterns.
@@ -232,6 +236,8 @@ void BruteForceRest::mirror(Channel& channel) const {
 
 /// channel: as measured, not mirrored: what the search knew of T_LU stands in the columns of U.
 BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
+  constexpr std::int64_t kFewest = 8;
+  if (std::ssize(alone_) < kFewest) return {.known = true, .only_search = true};
   double known = 0, nothing = 0, entries = 0;
   double direct = 0, direct_squares = 0, direct_entries = 0;
   for (const std::int32_t lit : alone_) {
@@ -258,6 +264,25 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   return prior;
 }
 
+/// How far T_UU lies from what the search found, by what the photographs of patterns leave: the diagonal
+/// counts only where a pixel is lit. left: [photograph × pixel], less what the search foretells.
+void BruteForceRest::Prior::read(const Matrix& p, const Matrix& left, const Matrix& weight) {
+  double dark = 0, dark_share = 0, lit = 0, lit_share = 0, lit_beside = 0;
+  for (Index k = 0; k < p.rows(); ++k) {
+    const double all = p.row(k).squaredNorm();
+    for (Index u = 0; u < p.cols(); ++u) {
+      if (weight(k, u) == 0) continue;
+      const double own = square(p(k, u)), excess = square(left(k, u)) - 1 / weight(k, u);
+      if (own == 0)
+        dark += excess, dark_share += all;
+      else
+        lit += excess, lit_share += own, lit_beside += all - own;
+    }
+  }
+  around = dark_share > 0 ? std::max(0.0, dark / dark_share) : 0;
+  direct_scatter = std::max(around, lit_share > 0 ? (lit - around * lit_beside) / lit_share : 0);
+}
+
 // T_UU of a channel, from photographs of patterns. number: of the channel. L: pixels that were lit alone,
 // U: the others. Of T, only T_UU is not known, and each photograph y of a pattern p shows on U
 //
@@ -266,7 +291,8 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
 // X: what is expected of T_UU (Prior), E: how far T_UU lies from it, R = Y_U − P_L T_LU.
 //
 // 1. X: what the search knew, or 0 where the pixels lit alone say that it knew nothing. The diagonal: the
-//    mean of the direct light of L.
+//    mean of the direct light of L. With hardly a pixel in L, all is as the search knew it, and what R leaves
+//    then tells how far T_UU lies from that.
 // 2. R and its variance: that of y, that of the subtracted entries of T_LU, and the rounding of y.
 // 3. Weights of prior: 1 over the mean square that T_LU lies from X, within what numbers can hold.
 // 4. E minimises Σ (P_U E − R)² / Var + Σ E² / prior over symmetric E: conjugate gradients on the normal
@@ -275,7 +301,7 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
 // 5. T_UU = X + E. Its entries count as sure as the surest sample, so that none is gated away as noise.
 void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others,
                           const Work& work) const {
-  const Prior prior = prior_of(channels_[number]);
+  Prior prior = prior_of(channels_[number]);
   const Index rest = std::ssize(rest_);
   const Index photographs = others.patterns.rows();
   Matrix p(photographs, rest), x(rest, rest);
@@ -283,7 +309,7 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
     p.col(a) = others.patterns.col(static_cast<Index>(pixel(rest_, a)));
     for (Index b = 0; b < rest; ++b)
       x(a, b) = prior.known ? static_cast<double>(channel.value[at(pixel(rest_, a), pixel(rest_, b))]) : 0;
-    x(a, a) = prior.direct;
+    if (!prior.only_search) x(a, a) = prior.direct;
   }
   Matrix right(photographs, rest), weight(photographs, rest);
   tbb::parallel_for(Index{0}, photographs, [&](Index k) {
@@ -308,6 +334,8 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
       work.add(static_cast<std::int64_t>(alone_.size()));
     }
   });
+  right -= p * x;
+  if (prior.only_search) prior.read(p, right, weight);
   const double surest = std::max(weight.size() > 0 ? weight.maxCoeff() : 0.0, 1e-300);
   // Never so wide that it does not count, nor so narrow that photographs do not.
   const auto inverse = [surest](double square) {
@@ -315,7 +343,6 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
   };
   Matrix narrow = Matrix::Constant(rest, rest, inverse(prior.around));
   narrow.diagonal().setConstant(inverse(prior.direct_scatter));
-  right -= p * x;
   x += Symmetric(p, weight, narrow, work).solve(right);
   for (Index a = 0; a < rest; ++a)
     for (Index b = 0; b < rest; ++b) {

@@ -18,7 +18,8 @@ namespace symrig::acquisition {
 ///   P_U T_UU = Y_U − P_L T_LU,  by least squares over symmetric T_UU, with the noise of both sides and a
 ///   prior
 /// The prior is how far T_LU lies from what the search found, or from 0 where that is nearer. For the
-/// diagonal it is how far T_LL's diagonal lies from its mean. error: patterns of rank r leave (m − r)(m − r +
+/// diagonal it is how far T_LL's diagonal lies from its mean. With hardly a pixel lit alone, it is what the
+/// search found, and how much of the photographs that leaves. error: patterns of rank r leave (m − r)(m − r +
 /// 1) / 2 numbers of T_UU to the prior (docs/research/not-data-sparse.md).
 class BruteForceRest {
  public:
