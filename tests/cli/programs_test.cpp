@@ -52,6 +52,7 @@ TEST_F(Programs, lint_explains_its_rules) {
        {"camera.readout: error: ", "This breaks it:\n\n  symrig = 1\n", "  gap = \"4 ms\"\n"})
     EXPECT_NE(rule.out.find(part), std::string::npos) << rule.out;
   expect_refusal({"lint", "--explain", "camera.readuot"}, kUsage, {"did you mean 'camera.readout'?"});
+  expect_refusal({"lint", "--explain", ""}, kUsage, {"--explain is empty"});
   expect_refusal({"lint", "scan.toml", "--explain", "camera.readout"}, kUsage,
                  {"--explain reads no program"});
   expect_refusal({"lint", "--explain", "--json", "a.json"}, kUsage, {"--json has no effect with --explain"});

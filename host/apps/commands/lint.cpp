@@ -84,14 +84,16 @@ std::vector<std::string_view> rule_names() {
   return names;
 }
 
-/// Prints one rule with its examples; without a name, a line for each rule.
+constexpr const char* kAllRules = "all";
+
+/// Prints one rule with its examples, or a line for each.
 Result<void> explain(const std::string& name_of_rule) {
   std::string list;
   for (const LintRule& rule : lint_rules()) {
     if (rule.name == name_of_rule) return print(explanation_of(rule));
     list += fmt::format("{:<26}{:<9}{}\n", rule.name, name(rule.severity), rule.about);
   }
-  if (name_of_rule.empty()) return print(list);
+  if (name_of_rule == kAllRules) return print(list);
   return Error{ErrorCode::unknown_name, fmt::format("there is no rule '{}'", name_of_rule),
                nearest_hint(name_of_rule, rule_names())};
 }
@@ -101,7 +103,7 @@ Result<void> run_or_explain(const CLI::App& command, const LintArguments& argume
   if (!explains && arguments.file.empty())
     return Error{ErrorCode::bad_argument, "file is required", "see symrig lint --help"};
   if (!explains) return run(arguments);
-  if (!arguments.file.empty())
+  if (!arguments.file.empty() || arguments.rule.empty())
     return Error{ErrorCode::bad_argument,
                  arguments.rule.empty() ? "--explain is empty" : "--explain reads no program file",
                  "give a rule and no file; symrig lint --explain lists the rules"};
@@ -126,7 +128,8 @@ Job add_lint(CLI::App& command) {
           .add_option("--explain", arguments->rule,
                       "Instead of a file: explain this rule, with examples; without RULE, list all rules")
           ->type_name("RULE")
-          ->expected(0, 1),
+          ->expected(0, 1)
+          ->default_str(kAllRules),
       rule_names());
   add_json(command, arguments->json);
   command.footer(
