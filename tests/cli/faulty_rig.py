@@ -26,8 +26,9 @@ FAULTS = {
     "mirrored_stated": "the same, and the rig states it",
     "flipped": "top and bottom are exchanged",
     "turned": "upside down",
-    "quarter": "turned by a quarter (square grids)",
-    "transposed": "rows and columns are exchanged (square grids)",
+    "quarter": "turned by a quarter",
+    "transposed": "rows and columns are exchanged: pixels come column by column",
+    "slanted": "each row begins one pixel later: the length of rows is wrong",
     "moved": "the camera looks VALUE cells to the right from the start",
     "moves": "the camera moves by VALUE cells after 25 photographs",
     "ambient": "the room's light is not subtracted: VALUE of white",
@@ -116,6 +117,8 @@ def seen(light):
         light = np.rot90(image).ravel()
     if fault == "transposed":
         light = image.T.ravel()
+    if fault == "slanted":
+        light = np.pad(image, ((0, 0), (0, 1))).ravel()[:n]
     if fault == "moved":
         light = shift(light, number)
     if fault == "moves" and count > 25:

@@ -36,6 +36,7 @@ TABLE = {
     "turned": ("turned upside down", "turned upside down"),
     "quarter": ("turned by a quarter", "turned by a quarter"),
     "transposed": ("transposed", "transposed"),
+    "slanted": ("another order", "another order"),
     "moved=3": ("not aligned", None),
     "ambient=0.05": ("light of other sources", None),
     "ambient_drift=0.05": ("light of other sources", None),
@@ -72,6 +73,10 @@ TABLE = {
 WITHOUT_CHECKS = ("none", "capped", "room", "inverted", "late", "mirrored", "quarter", "gamma=2.2", "stuck=0.9")
 # So few pixels that random patterns do not tell their order.
 SEARCHED_FEW = ("none", "mirrored", "flipped", "turned", "quarter", "transposed", "moved=3", "inverted_black", "sharpened=0.3")
+# One photograph of a few pixels alone.
+ONE_OF_FEW = {"once=30": "late or twice", "lost=30": "without light"}
+# Not square: another order of pixels is no turned picture.
+OBLONG = ("none", "quarter", "transposed", "slanted", "moved=3")
 OTHERS_FEW = ("none", "mirrored", "quarter", "moved=3")
 # One photograph of many that is wrong: brute force has no second one of it.
 ONE_OF_BRUTE = {"once=30": "late or twice", "doubled=30": "late", "lost=25": "lacks", "moves=3": "has moved", "blended=0.1": "not settled"}
@@ -184,10 +189,16 @@ with tempfile.TemporaryDirectory() as folder:
         capture_without_checks(fault, ONE_OF_BRUTE.get(fault, words), size="7x7")
     for fault in SEARCHED_FEW:
         capture_without_checks(fault, TABLE[fault][0], size="8x8")
+    for fault, words in ONE_OF_FEW.items():
+        for size in ("8x8", "10x12", "16x16", "20x24"):
+            capture_without_checks(fault, words, size=size)
+    for fault in OBLONG:
+        for size in ("7x6", "10x12", "20x24"):
+            capture_without_checks(fault, TABLE[fault][0], size=size)
     for fault in OTHERS_FEW:
         for algorithm in ("paper", "dual"):
             capture_without_checks(fault, TABLE[fault][0], "--algorithm", algorithm, size="7x7")
     for fault in ("late", "inverted"):
         one_dark_photograph(fault)
-print(f"{3 * len(TABLE) + 3 * len(WITHOUT_CHECKS) + len(ONE_OF_BRUTE) + len(TABLE) + len(SEARCHED_FEW) + 2 * len(OTHERS_FEW) + 2} cells, {len(failures)} failures")
+print(f"{3 * len(TABLE) + 3 * len(WITHOUT_CHECKS) + len(ONE_OF_BRUTE) + len(TABLE) + len(SEARCHED_FEW) + 4 * len(ONE_OF_FEW) + 3 * len(OBLONG) + 2 * len(OTHERS_FEW) + 2} cells, {len(failures)} failures")
 sys.exit(1 if failures else 0)

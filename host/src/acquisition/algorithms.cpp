@@ -115,16 +115,27 @@ bool too_small_to_search(Grid grid, const CaptureSettings& settings) {
          settings.max_patterns == 0 && settings.max_seconds == 0 && settings.target_error == 0;
 }
 
+/// Larger than a search leaves that has found all it can, if its photographs are right.
+bool has_large_error(const CaptureSettings& settings, const CaptureResult& result) {
+  constexpr double kLarge = 0.04, kTolerances = 4;
+  return result.stopped_by == "done" &&
+         result.stated_error().value_or(0) > std::max(kLarge, kTolerances * settings.rule.flood_fraction);
+}
+
 /// A search that finds nothing to rely on is a reason to ask whether the rig is still the same.
 Result<CaptureResult> run_watched(Probe& probe, CaptureSettings settings, const AlgorithmInfo& algorithm) {
   if (!settings.look_aside && settings.log == nullptr)
     settings.look_aside = [&probe](std::span<const Pattern> patterns) { return probe.measure(patterns); };
   acquisition::LightWitness witness(probe, settings.look_aside);
   SYMRIG_TRY(CaptureResult result, algorithm.run(witness, settings));
-  constexpr std::int64_t kLooks = acquisition::LightWitness::kLooksAgain;
-  const bool spare = settings.max_seconds == 0 &&
-                     (settings.max_patterns == 0 || result.patterns + kLooks <= settings.max_patterns);
-  if (result.undetermined && spare) SYMRIG_CHECK(witness.look_again());
+  const auto spares = [&](std::int64_t photographs) {
+    return settings.max_seconds == 0 &&
+           (settings.max_patterns == 0 || result.patterns + photographs <= settings.max_patterns);
+  };
+  if (has_large_error(settings, result) && spares(witness.unjudged()))
+    SYMRIG_CHECK(witness.look_at_unjudged());
+  if (result.undetermined && spares(acquisition::LightWitness::kLooksAgain))
+    SYMRIG_CHECK(witness.look_again());
   return result;
 }
 

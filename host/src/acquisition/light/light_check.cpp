@@ -188,6 +188,9 @@ std::string undo(Turn turn) {
       return mirror("rows");
     case Turn::both:
       return mirror("both");
+    case Turn::transposed:
+    case Turn::across:
+      return "exchange rows and columns of its picture: pixels come row by row";
     default:
       return "turn the camera, or its picture";
   }
@@ -246,6 +249,16 @@ Found find_constant(const LightSums& sums, const LightMatch& match) {
 
 }  // namespace
 
+std::vector<LightCause> causes_of_other_pixels() {
+  return {
+      {"the camera's pixels come in another order than the projector's (a wrong length of rows, a picture "
+       "that is cut or scaled)",
+       "check that pixel (row, column) of a photograph sees pixel (row, column) of the pattern"},
+      {"a camera that is not aligned with the projector",
+       "align them (symrig align), or register the camera (symrig calibrate)"},
+      {"photographs of other patterns", late_frame().next}};
+}
+
 LightCause cause_of_turn(Turn turn) {
   return {"the camera's picture is " + name_turn(turn), undo(turn)};
 }
@@ -295,6 +308,8 @@ Result<void> check_light(const LightSeries& series, const LookAside& look) {
   if (dead) return dead->error();
   SYMRIG_TRY(const Found brightness, find_wrong_brightness(series, match, look));
   if (brightness) return brightness->error();
+  SYMRIG_TRY(const Found other, find_other_pixels(series, match, look));
+  if (other) return other->error();
   return {};
 }
 

@@ -33,6 +33,8 @@ LightCause stuck_pixels();
 std::vector<LightCause> causes_of_missing_light();
 /// equal: all photographs are the same, with the same noise.
 std::vector<LightCause> causes_of_constant_light(bool equal);
+/// Light that no turned or moved picture explains.
+std::vector<LightCause> causes_of_other_pixels();
 /// black: the light under a black pattern, as a share of that under a white one.
 LightCause other_light(double black);
 /// share: of the light of the pattern before.
@@ -54,7 +56,7 @@ using LookAside = std::function<Result<std::vector<Radiance>>(std::span<const Pa
 /// lies where the projector shows it. The tests go from the most general to the most special one; each later
 /// one relies on what the earlier ones have found in order.
 /// look: asked only if something is wrong, to find out what; may be empty.
-/// cost: no photograph if all is well, else at most six.
+/// cost: no photograph if all is well, one if light seems to come from elsewhere, else at most six.
 /// fails: wrong_light (LightFault); as look.
 Result<void> check_light(const LightSeries& series, const LookAside& look);
 

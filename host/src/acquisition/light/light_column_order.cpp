@@ -29,8 +29,8 @@ constexpr std::size_t kFewestLit = 8;
 
 std::vector<ColumnWay> all_ways(Grid grid) {
   std::vector<ColumnWay> ways;
-  const int turns = grid.rows == grid.cols ? 8 : 4;
-  for (int turn = 0; turn < turns; ++turn)
+  constexpr int kTurns = 8;
+  for (int turn = 0; turn < kTurns; ++turn)
     for (int late = kEarliest; late <= kLatest; ++late)
       ways.push_back({{late, false, static_cast<Turn>(turn)}});
   const int rows = std::min(kFarthest, grid.rows / 2), cols = std::min(kFarthest, grid.cols / 2);
@@ -96,6 +96,34 @@ Found find_way(const LightColumns& columns, const std::vector<ColumnWay>& ways) 
   if (found->order.late != 0 && found->order.turn != Turn::none)
     fault.causes.push_back(cause_of_turn(found->order.turn));
   return fault;
+}
+
+/// In how many photographs a lit pixel is bright, in the median.
+double bright_in(const LightColumns& columns) {
+  std::vector<double> counts;
+  for (std::size_t row = 0; row < columns.size(); ++row) {
+    if (!columns.lit(row)) continue;
+    double count = 0;
+    for (std::size_t col = 0; col < columns.size(); ++col)
+      count += columns.light(row, col) > kOwnLight * columns.most(row) ? 1 : 0;
+    counts.push_back(count);
+  }
+  return median(counts);
+}
+
+/// Each pixel is bright in few photographs, mostly not its own, in no known way, and no light goes back.
+Found find_other_pixels(const LightColumns& columns) {
+  constexpr double kMost = 0.5, kFewPhotographs = 4;
+  const Following own = following(columns, {});
+  const std::size_t one_way = columns.photographs_of_one_way();
+  if (own.known < kFewestLit || own.share() > kMost ||
+      static_cast<double>(one_way) < kMost * static_cast<double>(own.known) ||
+      bright_in(columns) > kFewPhotographs)
+    return std::nullopt;
+  return LightFault{fmt::format("of pixels that are lit alone, {:.0f} % are bright in their own photograph; "
+                                "{} photographs hold bright light from which none goes back",
+                                100 * own.share(), one_way),
+                    causes_of_other_pixels()};
 }
 
 /// From one photograph on, all follow another way.
@@ -246,6 +274,7 @@ Result<void> check_columns(const TransportTensor& measured) {
   const std::vector<ColumnWay> ways = all_ways(columns.grid());
   if (const Found way = find_way(columns, ways)) return way->error();
   if (const Found change = find_change(columns, ways)) return change->error();
+  if (const Found other = find_other_pixels(columns)) return other->error();
   if (const Found late = find_late_photograph(columns)) return late->error();
   if (const Found glow = find_glow(columns)) return glow->error();
   if (const Found negative = find_negative_light(columns)) return negative->error();

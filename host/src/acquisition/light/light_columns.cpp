@@ -49,11 +49,7 @@ std::optional<std::size_t> LightColumns::seen_at(const ColumnWay& way, std::size
   const auto [lit_row, lit_col] = place(static_cast<std::size_t>(shown));
   const int at_row = lit_row - way.down, at_col = lit_col - way.right;
   if (at_row < 0 || at_row >= grid_.rows || at_col < 0 || at_col >= grid_.cols) return std::nullopt;
-  // Where the picture is turned by a quarter, the camera sees in one sense what it shows in the other.
-  const Turn turn = way.order.turn == Turn::quarter ? Turn::back
-                    : way.order.turn == Turn::back  ? Turn::quarter
-                                                    : way.order.turn;
-  return pixels_[seen_through(turn, grid_, at_row, at_col)];
+  return pixels_[acquisition::seen_at(way.order.turn, grid_, at_row, at_col)];
 }
 
 double LightColumns::value(std::int64_t entry) const {
@@ -110,6 +106,19 @@ Compared compare(const TransportTensor& measured, std::span<const float> shown, 
   return found;
 }
 
+/// Column `col` of T, all channels added.
+std::vector<double> column_of(const TransportTensor& tensor, std::size_t col) {
+  std::vector<float> shown(tensor.camera_tree().order().size()), light(shown.size());
+  std::vector<double> sum(shown.size());
+  shown[col] = 1;
+  for (int channel = 0; channel < tensor.channels(); ++channel) {
+    std::ranges::fill(light, 0.0F);
+    tensor.apply_tree(shown, light, channel, false);
+    for (std::size_t t = 0; t < light.size(); ++t) sum[t] += static_cast<double>(light[t]);
+  }
+  return sum;
+}
+
 /// A photograph of one pixel without its direct light, which the two halves show. All other light is in the
 /// other photographs.
 std::optional<LightFault> find_lost_photograph(const TransportTensor& measured, const LightSeries& series) {
@@ -158,6 +167,39 @@ bool are_columns(const TransportTensor& measured) {
         columns[k].col_end != columns[k].col_begin + 1)
       return false;
   return true;
+}
+
+Result<void> check_capture_by_columns(const TransportTensor& found, const TransportTensor& measured,
+                                      const LightSeries& series) {
+  constexpr double kDiffers = 0.5;
+  const LightColumns columns(measured);
+  const double noise = series.sum(LightSeries::kSparse).sigma;  // of the light of one photograph
+  std::size_t wrong = 0, first = 0;
+  double most = 0;
+  for (std::size_t col = 0; col < columns.size(); ++col) {
+    if (!columns.lit(col)) continue;
+    const std::vector<double> alone = column_of(measured, col), searched = column_of(found, col);
+    double difference = 0, light = 0, captured = 0;
+    for (std::size_t t = 0; t < alone.size(); ++t) {
+      if (series.valid()[static_cast<std::size_t>(measured.camera_tree().order()[t])] == 0) continue;
+      difference += (searched[t] - alone[t]) * (searched[t] - alone[t]);
+      light += alone[t] * alone[t], captured += searched[t] * searched[t];
+    }
+    const double of_light = std::sqrt(difference / std::max(light, captured));
+    if (of_light < kDiffers || std::sqrt(difference) < kLightSigmas * noise) continue;
+    if (wrong == 0) first = col;
+    most = std::max(most, of_light);
+    ++wrong;
+  }
+  if (wrong == 0) return {};
+  return LightFault{
+      fmt::format("the capture has other light for {} pixel{} than photographs of them alone, "
+                  "taken after it: up to {} at {}",
+                  wrong, wrong == 1 ? "" : "s", percent_of_light(most), columns.name(first)),
+      {{"a frame came late or twice during the capture, or one without light", late_frame().next},
+       {"a lamp that flickers", ""},
+       {"the camera, the projector or the scene has moved", ""}}}
+      .error();
 }
 
 Result<void> check_sum_of_columns(const TransportTensor& measured, const LightSeries& series,

@@ -21,7 +21,9 @@ Result<TransportTensor> light_each_pixel(Probe& rig, const Progress& progress) {
 }
 
 /// measured: are_columns(), to be compared with the seven photographs; may be nullptr.
-Result<void> check_seven(Probe& rig, const TransportTensor* measured, const Progress& progress) {
+/// captured: of the same rig before; nullptr: not to be compared.
+Result<void> check_seven(Probe& rig, const TransportTensor* measured, const TransportTensor* captured,
+                         const Progress& progress) {
   const BlockTree tree(rig.grid());
   const Work work(progress);
   return stoppable(work, [&]() -> Result<void> {
@@ -35,20 +37,27 @@ Result<void> check_seven(Probe& rig, const TransportTensor* measured, const Prog
     const LightSeries series(tree, *flood, &checks);
     const LookAside look = [&](std::span<const Pattern> shown) { return rig.measure(shown); };
     SYMRIG_CHECK(check_light(series, look));
-    return measured != nullptr ? check_sum_of_columns(*measured, series, look) : Result<void>();
+    if (measured == nullptr) return {};
+    SYMRIG_CHECK(check_sum_of_columns(*measured, series, look));
+    return captured != nullptr ? check_capture_by_columns(*captured, *measured, series) : Result<void>();
   });
 }
 
-}  // namespace
-
-Result<void> check_light_of_rig(Probe& rig, const Progress& progress) {
+/// captured: as of check_seven().
+Result<void> check_rig_light(Probe& rig, const TransportTensor* captured, const Progress& progress) {
   std::optional<TransportTensor> alone;
   if (rig.grid().size() < kFewestInOrder) {
     SYMRIG_TRY(alone, light_each_pixel(rig, progress));
     if (!are_columns(*alone)) return {};
     SYMRIG_CHECK(check_columns(*alone));
   }
-  return check_seven(rig, alone ? &*alone : nullptr, progress);
+  return check_seven(rig, alone ? &*alone : nullptr, captured, progress);
+}
+
+}  // namespace
+
+Result<void> check_light_of_rig(Probe& rig, const Progress& progress) {
+  return check_rig_light(rig, nullptr, progress);
 }
 
 Result<void> judge_light(Probe& rig, const CaptureOptions& options, const CaptureResult& result) {
@@ -65,8 +74,10 @@ Result<void> judge_light(Probe& rig, const CaptureOptions& options, const Captur
   if (options.max_seconds != 0 ||
       (options.max_patterns != 0 && result.patterns + wanted > options.max_patterns))
     return {};
-  return alone ? check_seven(rig, &result.tensor, options.progress)
-               : check_light_of_rig(rig, options.progress);
+  if (alone) return check_seven(rig, &result.tensor, nullptr, options.progress);
+  // Where a budget ended the search, the capture may be far from the rig.
+  const bool comparable = searched && options.max_patterns == 0;
+  return check_rig_light(rig, comparable ? &result.tensor : nullptr, options.progress);
 }
 
 }  // namespace symrig

@@ -169,4 +169,36 @@ std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch
                       "align them (symrig align), or register the camera (symrig calibrate)"}}};
 }
 
+Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, const LightMatch& match,
+                                                    const LookAside& look) {
+  constexpr double kBright = 0.5, kComesBack = 0.5;
+  using Found = std::optional<LightFault>;
+  if (match.follows() || series.pixels() < kFewestInOrder || !look) return Found();
+  const LightPhotograph& there = series[LightSeries::kSparse];
+  const double least = kBright * static_cast<double>(*std::ranges::max_element(there.mean));
+  Pattern bright(series.grid());
+  double sent = 0, variance = 0;
+  for (std::size_t at = 0; at < series.valid().size(); ++at) {
+    if (series.valid()[at] == 0 || static_cast<double>(there.mean[at]) < least) continue;
+    bright.values()[at] = 1;
+    sent += there.mean[at], variance += there.variance[at];
+  }
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(std::span(&bright, 1)));
+  if (seen.size() != 1) return Found();
+  double back = 0;
+  for (int channel = 0; channel < seen.front().mean.channels(); ++channel) {
+    const auto mean = seen.front().mean.plane(channel), noise = seen.front().variance.plane(channel);
+    for (std::size_t at = 0; at < mean.size(); ++at)
+      if (series.valid()[at] != 0 && there.lit[at] != 0)
+        back += static_cast<double>(mean[at]), variance += static_cast<double>(noise[at]);
+  }
+  if (back > kComesBack * sent || sent - back < kLightSigmas * std::sqrt(variance)) return Found();
+  return Found(LightFault{
+      fmt::format(
+          "light does not come back: {} makes other pixels bright, and of the light on them, {} is seen "
+          "the other way",
+          there.name, percent_of_light(std::max(back, 0.0) / sent)),
+      causes_of_other_pixels()});
+}
+
 }  // namespace symrig::acquisition

@@ -77,7 +77,7 @@ double LightSums::spread() const {
 
 namespace {
 
-constexpr std::size_t kTurns = 8, kSquareOnly = 4, kRandom = 4;
+constexpr std::size_t kTurns = 8, kRandom = 4;
 /// A mean of four correlations has at most twice the standard deviation of one: the halves are complements.
 constexpr double kOrderSigmas = 8;
 /// How much better another order must be. A pattern that scatters light has no direct light, but never more
@@ -103,45 +103,63 @@ double correlate(const LightSeries& series, const LightPhotograph& seen, const L
   return spread > 0 ? (xy - x * y / n) / std::sqrt(spread) : 0;
 }
 
+std::size_t place_in(Grid grid, int row, int col) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
+}
+
 }  // namespace
 
 std::size_t seen_through(Turn turn, Grid grid, int row, int col) {
-  const int up = grid.rows - 1 - row, left = grid.cols - 1 - col;
-  const auto at = [&](int r, int c) {
-    return static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(c);
-  };
+  const int pixel = row * grid.cols + col;
+  const int tall = pixel / grid.rows, wide = pixel % grid.rows;  // of a picture whose sides are exchanged
   switch (turn) {
     case Turn::columns:
-      return at(row, left);
+      return place_in(grid, row, grid.cols - 1 - col);
     case Turn::rows:
-      return at(up, col);
+      return place_in(grid, grid.rows - 1 - row, col);
     case Turn::both:
-      return at(up, left);
+      return place_in(grid, grid.rows - 1 - row, grid.cols - 1 - col);
     case Turn::transposed:
-      return at(col, row);
+      return place_in(grid, wide, tall);
     case Turn::across:
-      return at(left, up);
+      return place_in(grid, grid.rows - 1 - wide, grid.cols - 1 - tall);
     case Turn::quarter:
-      return at(col, up);
+      return place_in(grid, wide, grid.cols - 1 - tall);
     case Turn::back:
-      return at(left, row);
+      return place_in(grid, grid.rows - 1 - wide, tall);
     case Turn::none:
       break;
   }
-  return at(row, col);
+  return place_in(grid, row, col);
+}
+
+std::size_t seen_at(Turn turn, Grid grid, int row, int col) {
+  const int up = grid.rows - 1 - row, left = grid.cols - 1 - col;
+  const Grid exchanged{grid.cols, grid.rows};
+  switch (turn) {
+    case Turn::transposed:
+      return place_in(exchanged, col, row);
+    case Turn::across:
+      return place_in(exchanged, left, up);
+    case Turn::quarter:
+      return place_in(exchanged, left, row);
+    case Turn::back:
+      return place_in(exchanged, col, up);
+    default:
+      return seen_through(turn, grid, row, col);  // its own inverse
+  }
 }
 
 LightMatch::LightMatch(const LightSeries& series)
     : table_(kTurns * LightSeries::kCount * kRandom),
       sigma_(1 / std::sqrt(static_cast<double>(std::max<std::int64_t>(series.pixels(), 1)))) {
-  const std::size_t turns = series.grid().rows == series.grid().cols ? kTurns : kSquareOnly;
-  tbb::parallel_for(std::size_t{0}, turns * LightSeries::kCount * kRandom, [&](std::size_t job) {
+  tbb::parallel_for(std::size_t{0}, kTurns * LightSeries::kCount * kRandom, [&](std::size_t job) {
     const std::size_t x = job % kRandom, k = job / kRandom % LightSeries::kCount,
                       turn = job / kRandom / LightSeries::kCount;
     table_[job] = correlate(series, series[k], series[LightSeries::kHalf + x], static_cast<Turn>(turn));
   });
   as_shown_ = mean_of({});
-  for (std::size_t turn = 0; turn < turns; ++turn)
+  for (std::size_t turn = 0; turn < kTurns; ++turn)
     for (int late = kEarliest; late <= kLatest; ++late)
       for (const bool inverted : {false, true}) {
         const LightOrder order{late, inverted, static_cast<Turn>(turn)};

@@ -97,8 +97,10 @@ enum class Turn : std::uint8_t { none, columns, rows, both, transposed, across, 
 /// Patterns may be this far from their photographs.
 inline constexpr int kEarliest = -2, kLatest = 3;
 
-/// The pixel of the projector that a camera pixel sees. grid: square for the last four.
+/// The projector pixel that a camera pixel sees, and the camera pixel that sees a projector pixel. The last
+/// four turns exchange the sides of a picture: its pixels, one after another, are read as those of the grid.
 std::size_t seen_through(Turn turn, Grid grid, int row, int col);
+std::size_t seen_at(Turn turn, Grid grid, int row, int col);
 
 /// One way in which photographs may belong to patterns.
 struct LightOrder {

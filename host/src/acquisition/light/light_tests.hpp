@@ -68,6 +68,12 @@ std::optional<LightFault> find_afterglow(const LightSeries& series, const LightM
 /// Light that lies beside the pixels that are lit: a camera that looks elsewhere.
 std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch& match);
 
+/// Light that does not come back: the pixels that a pattern makes bright light others than those of the
+/// pattern. So the camera's pixels are not the projector's, in no known way.
+/// cost: one photograph if the photographs do not show that they follow their patterns.  fails: as look.
+Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, const LightMatch& match,
+                                                    const LookAside& look);
+
 /// Measured by brute force: a photograph for each pixel alone, and nothing else; enough pixels to tell
 /// something.
 bool are_columns(const TransportTensor& measured);
@@ -76,6 +82,12 @@ bool are_columns(const TransportTensor& measured);
 /// much light goes from a pixel to another as comes back. Random patterns tell this from seven photographs,
 /// but not on few pixels, and not of one photograph among many. measured: are_columns().  fails: wrong_light.
 Result<void> check_columns(const TransportTensor& measured);
+
+/// Whether a capture gives the light of each pixel alone. A single photograph that is wrong changes much of
+/// one pixel's light. found: of the same rig, with an error far below half of a pixel's light. measured:
+/// are_columns(), taken after it.  fails: wrong_light.
+Result<void> check_capture_by_columns(const TransportTensor& found, const TransportTensor& measured,
+                                      const LightSeries& series);
 
 /// Whether all columns together give the flood-lit photograph.
 /// measured: are_columns().  cost: no photograph if they do, else six.  fails: wrong_light; as look.

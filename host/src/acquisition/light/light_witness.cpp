@@ -14,6 +14,8 @@ namespace {
 
 /// Direct light that a photograph lacks, and that it has.
 constexpr double kLacksLight = 0.5, kHasLight = 0.75, kDarkLight = 0.3;
+/// Two photographs differ by more than noise, in squares.
+constexpr double kNoise = 4;
 /// A scene that deceives the witness so often is not asked about again.
 constexpr int kMostInVain = 3;
 
@@ -124,13 +126,14 @@ Result<void> LightWitness::see(const Pattern& pattern, const Radiance& photograp
   const bool judged =
       count_ >= static_cast<std::int64_t>(LightSeries::kCount) && look_ && asked_in_vain_ < kMostInVain;
   ++count_;
-  if (judged && pattern != before_pattern_) {
+  if (judged) {
     const double sigma = std::sqrt(total(picture.variance));
-    const bool repeats =
-        sigma > 0 && total(picture.light) > kLightSigmas * sigma && picture.light == before_.light;
+    const bool repeats = pattern != before_pattern_ && sigma > 0 &&
+                         total(picture.light) > kLightSigmas * sigma && picture.light == before_.light;
     const double own = answer(picture, pattern, &before_pattern_), all = answer(picture, pattern, nullptr);
     if (repeats || (own >= 0 && own < kLacksLight) || (all >= 0 && all < kLacksLight))
-      SYMRIG_CHECK(prove(pattern, picture, repeats));
+      SYMRIG_CHECK(prove({count_, before_pattern_, pattern, picture}, repeats));
+    if (own < 0 && all < 0) remember(pattern, picture);
     const bool all_lit = std::ranges::all_of(pattern.values(), [](float v) { return v == 1; });
     if (all_lit) SYMRIG_CHECK(check_place(flood_, picture, "the flood-lit photograph"));
   }
@@ -139,28 +142,61 @@ Result<void> LightWitness::see(const Pattern& pattern, const Radiance& photograp
   return {};
 }
 
-/// Takes the photograph again, twice: a camera that is one late shows the pattern only then.
-Result<void> LightWitness::prove(const Pattern& pattern, const Picture& picture, bool repeats) {
-  const std::vector<Pattern> twice{pattern, pattern};
-  SYMRIG_TRY(const std::vector<Radiance> taken, look_(twice));
-  if (taken.size() != twice.size()) return {};
-  const Picture again = picture_of(taken.back());
-  double squares = 0, noise = 0, light = 0;
-  for (std::size_t at = 0; at < picture.light.size(); ++at) {
-    const double change = static_cast<double>(again.light[at]) - static_cast<double>(picture.light[at]);
-    squares += change * change,
-        light += static_cast<double>(again.light[at]) * static_cast<double>(again.light[at]);
-    noise += static_cast<double>(again.variance[at]) + static_cast<double>(picture.variance[at]);
+void LightWitness::remember(const Pattern& pattern, const Picture& picture) {
+  constexpr std::size_t kMostPixels = 4 << 20;  // 64 MB
+  if ((unjudged_.size() + 1) * picture.light.size() > kMostPixels) return;
+  unjudged_.push_back({count_, before_pattern_, pattern, picture});
+}
+
+double LightWitness::squares_apart(const Picture& a, const Picture& b) {
+  double squares = 0;
+  for (std::size_t at = 0; at < a.light.size(); ++at)
+    squares += std::pow(static_cast<double>(a.light[at]) - static_cast<double>(b.light[at]), 2);
+  return squares;
+}
+
+/// Far more than noise and a lamp that drifts explain.
+bool LightWitness::differs(const Picture& first, const Picture& again) {
+  constexpr double kShare = 0.01;
+  double light = 0;
+  for (const float v : again.light) light += static_cast<double>(v) * static_cast<double>(v);
+  return squares_apart(first, again) >
+         kNoise * (total(first.variance) + total(again.variance)) + kShare * light;
+}
+
+Result<void> LightWitness::look_at_unjudged() {
+  constexpr std::size_t kTogether = 64;
+  for (std::size_t first = 0; look_ && first < unjudged_.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, unjudged_.size() - first);
+    std::vector<Pattern> patterns;
+    for (std::size_t k = 0; k < count; ++k) patterns.push_back(unjudged_[first + k].pattern);
+    SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
+    if (taken.size() != count) return {};
+    for (std::size_t k = 0; k < count; ++k)
+      if (differs(unjudged_[first + k].picture, picture_of(taken[k])))
+        SYMRIG_CHECK(prove(unjudged_[first + k], false));
   }
-  const bool another = squares > 4 * noise + 0.01 * light;
-  const double shows = answer(again, pattern, nullptr);
-  if (!another || (shows >= 0 && shows < kHasLight)) {
+  return {};
+}
+
+/// Takes the photograph again, three times: a camera that is one late shows the pattern from the second on.
+/// The last two tell the noise, whatever is stated.
+Result<void> LightWitness::prove(const Seen& seen, bool repeats) {
+  const std::vector<Pattern> patterns{seen.before, seen.before, seen.pattern, seen.pattern, seen.pattern};
+  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
+  if (taken.size() != patterns.size()) return {};
+  const Picture shown_before = picture_of(taken[1]), again = picture_of(taken[3]),
+                repeated = picture_of(taken[4]);
+  const double away = squares_apart(seen.picture, again);
+  const double shows = answer(again, seen.pattern, nullptr);
+  if (!differs(seen.picture, again) || away < kNoise * squares_apart(repeated, again) ||
+      (shows >= 0 && shows < kHasLight)) {
     ++asked_in_vain_;
     return {};
   }
-  const bool before = repeats || answer(picture, before_pattern_, &pattern) > kHasLight;
-  const bool dark = total(picture.light) < kDarkLight * total(again.light);
-  LightFault fault{fmt::format("photograph {} {}; taken again, it shows its own pattern", count_,
+  const bool before = repeats || squares_apart(seen.picture, shown_before) < away / 4;
+  const bool dark = !before && total(seen.picture.light) < kDarkLight * total(again.light);
+  LightFault fault{fmt::format("photograph {} {}; taken again, it shows its own pattern", seen.number,
                                repeats  ? "is the same as the one before, noise included"
                                : before ? "shows the pattern of the one before"
                                : dark   ? "is dark"

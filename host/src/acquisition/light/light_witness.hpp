@@ -5,6 +5,7 @@
 #include "symrig/acquisition/probe.hpp"
 
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +20,13 @@ class LightWitness final : public ForwardingProbe {
   /// inner must outlive this. look: without it, nothing is proven.
   LightWitness(Probe& inner, LookAside look) : ForwardingProbe(inner), look_(std::move(look)) {}
 
+  /// After a search with a large error: takes each photograph again of which it could not tell whether it
+  /// shows its pattern, because few pixels were lit.
+  /// cost: unjudged() photographs, and five for each that differs.
+  /// fails: wrong_light (a photograph that is proven to be wrong); as look.
+  Result<void> look_at_unjudged();
+  std::int64_t unjudged() const { return std::ssize(unjudged_); }
+
   /// After a search that has found nothing to rely on: takes the flood-lit photograph three times and that
   /// of the first half again, and one of black.
   /// cost: kLooksAgain photographs.
@@ -31,6 +39,14 @@ class LightWitness final : public ForwardingProbe {
   struct Picture {
     std::vector<float> light, variance;
   };
+  struct Seen {
+    std::int64_t number = 0;  ///< from 1
+    Pattern before, pattern;
+    Picture picture;
+  };
+  static double squares_apart(const Picture& a, const Picture& b);
+  static bool differs(const Picture& first, const Picture& again);
+  void remember(const Pattern& pattern, const Picture& picture);
   static double apart(const Picture& a, const Picture& b);
   static Picture picture_of(const Radiance& photograph);
   /// fails: as the probe; wrong_light (a photograph that is proven to be wrong).
@@ -43,13 +59,15 @@ class LightWitness final : public ForwardingProbe {
   double answer(const Picture& picture, const Pattern& lit, const Pattern* dark) const;
   /// fails: wrong_light (the second picture lies elsewhere).
   Result<void> check_place(const Picture& first, const Picture& again, const char* what) const;
-  Result<void> prove(const Pattern& pattern, const Picture& picture, bool repeats);
+  /// repeats: it is the same as the one before.
+  Result<void> prove(const Seen& seen, bool repeats);
 
   LookAside look_;
   std::int64_t count_ = 0;
   int asked_in_vain_ = 0;
   Pattern half_pattern_, before_pattern_;
   Picture flood_, half_, before_;
+  std::vector<Seen> unjudged_;
   std::vector<float> direct_;  ///< by pixel; empty: not known
   double random_ = 1;          ///< share of direct_ that is other light, in squares
 };

@@ -182,10 +182,13 @@ std::optional<Error> wrong_turn_of(const Alignment& alignment) {
   const Turn found = quarter    ? (mirrored ? Turn::transposed : Turn::quarter)
                      : mirrored ? (upright ? Turn::columns : Turn::rows)
                                 : Turn::both;
+  // A picture of pixels in another order looks turned and mirrored, by any angle.
+  constexpr double kSquare = 10;
+  const bool square = std::abs(std::remainder(turn, 90.0)) < kSquare;
   return LightFault{
       fmt::format("the stripes lie turned by {:.0f} degrees{}, and the camera has a pixel for each cell",
                   turn, mirrored ? " and mirrored" : ""),
-      {acquisition::cause_of_turn(found)}}
+      square ? std::vector{acquisition::cause_of_turn(found)} : acquisition::causes_of_other_pixels()}
       .error();
 }
 
