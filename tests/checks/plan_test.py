@@ -189,6 +189,13 @@ class PlanTest(unittest.TestCase):
 class TablesTest(unittest.TestCase):
     """The tables of CONTRIBUTING.md against the labels of the builds."""
 
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.sanitized = folder.name
+        subprocess.run(["cmake", "--preset", "asan-ubsan", "-B", folder.name], cwd=ROOT, check=True, capture_output=True)
+
     def named(self, title):
         text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
         rows = text[text.index(title) :].split("\n\n")[1]
@@ -202,15 +209,16 @@ class TablesTest(unittest.TestCase):
         self.assertEqual(self.named("Added to a landing in the release build"), self.labelled(RELEASE))
 
     def test_sanitized(self):
-        with tempfile.TemporaryDirectory() as build:
-            subprocess.run(["cmake", "--preset", "asan-ubsan", "-B", build], cwd=ROOT, check=True, capture_output=True)
-            self.assertEqual(self.named("Added to a landing in the sanitized build"), self.labelled(build))
+        self.assertEqual(self.named("Added to a landing in the sanitized build"), self.labelled(self.sanitized))
 
     def test_each_module_is_the_subject_of_a_test(self):
-        about = {label for test in build_graph.read_tests(RELEASE) for label in test.labels if label.startswith("about:")}
-        with tempfile.TemporaryDirectory() as build:
-            subprocess.run(["cmake", "--preset", "asan-ubsan", "-B", build], cwd=ROOT, check=True, capture_output=True)
-            about |= {label for test in build_graph.read_tests(build) for label in test.labels if label.startswith("about:")}
+        about = {
+            label
+            for build in (RELEASE, self.sanitized)
+            for test in build_graph.read_tests(build)
+            for label in test.labels
+            if label.startswith("about:")
+        }
         modules = {f"about:host/src/{path.name}" for path in (ROOT / "host" / "src").iterdir() if path.is_dir()}
         self.assertEqual(modules - about, set())
 

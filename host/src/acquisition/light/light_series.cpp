@@ -134,17 +134,18 @@ std::size_t seen_through(Turn turn, Grid grid, int row, int col) {
 }
 
 std::size_t seen_at(Turn turn, Grid grid, int row, int col) {
-  const int up = grid.rows - 1 - row, left = grid.cols - 1 - col;
+  // In a picture whose sides are exchanged, rows come from columns.
   const Grid exchanged{grid.cols, grid.rows};
+  const int tall = col, wide = row, tall_back = grid.cols - 1 - col, wide_back = grid.rows - 1 - row;
   switch (turn) {
     case Turn::transposed:
-      return place_in(exchanged, col, row);
+      return place_in(exchanged, tall, wide);
     case Turn::across:
-      return place_in(exchanged, left, up);
+      return place_in(exchanged, tall_back, wide_back);
     case Turn::quarter:
-      return place_in(exchanged, left, row);
+      return place_in(exchanged, tall_back, wide);
     case Turn::back:
-      return place_in(exchanged, col, up);
+      return place_in(exchanged, tall, wide_back);
     default:
       return seen_through(turn, grid, row, col);  // its own inverse
   }
