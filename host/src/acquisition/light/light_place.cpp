@@ -172,8 +172,8 @@ std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch
 Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, const LightMatch& match,
                                                     const LookAside& look) {
   constexpr double kBright = 0.5, kComesBack = 0.5;
-  using Found = std::optional<LightFault>;
-  if (match.follows() || series.pixels() < kFewestInOrder || !look) return Found();
+  const std::optional<LightFault> none;
+  if (match.follows() || series.pixels() < kFewestInOrder || !look) return none;
   const LightPhotograph& there = series[LightSeries::kSparse];
   const double least = kBright * static_cast<double>(*std::ranges::max_element(there.mean));
   Pattern bright(series.grid());
@@ -184,7 +184,7 @@ Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, c
     sent += there.mean[at], variance += there.variance[at];
   }
   SYMRIG_TRY(const std::vector<Radiance> seen, look(std::span(&bright, 1)));
-  if (seen.size() != 1) return Found();
+  if (seen.size() != 1) return none;
   double back = 0;
   for (int channel = 0; channel < seen.front().mean.channels(); ++channel) {
     const auto mean = seen.front().mean.plane(channel), noise = seen.front().variance.plane(channel);
@@ -192,8 +192,8 @@ Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, c
       if (series.valid()[at] != 0 && there.lit[at] != 0)
         back += static_cast<double>(mean[at]), variance += static_cast<double>(noise[at]);
   }
-  if (back > kComesBack * sent || sent - back < kLightSigmas * std::sqrt(variance)) return Found();
-  return Found(LightFault{
+  if (back > kComesBack * sent || sent - back < kLightSigmas * std::sqrt(variance)) return none;
+  return std::optional(LightFault{
       fmt::format(
           "light does not come back: {} makes other pixels bright, and of the light on them, {} is seen "
           "the other way",
