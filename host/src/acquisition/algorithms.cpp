@@ -132,7 +132,7 @@ Result<CaptureResult> run_watched(Probe& probe, CaptureSettings settings, const 
     return settings.max_seconds == 0 &&
            (settings.max_patterns == 0 || result.patterns + photographs <= settings.max_patterns);
   };
-  if (has_large_error(settings, result) && spares(witness.unjudged()))
+  if (has_large_error(settings, result) && spares(witness.cost_of_unjudged()))
     SYMRIG_CHECK(witness.look_at_unjudged());
   if (result.undetermined && spares(acquisition::LightWitness::kLooksAgain))
     SYMRIG_CHECK(witness.look_again());

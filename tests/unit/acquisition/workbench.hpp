@@ -125,6 +125,7 @@ inline Outcome run(const DenseTransport& scene, const CaptureOptions& options = 
   auto result = capture(probe, counted);
   EXPECT_TRUE(result.ok()) << result.error().line();
   EXPECT_EQ(result->patterns + aside, probe.cost().photographs);
+  EXPECT_LE(aside, result->patterns);
   const double error = evaluate(result->tensor, scene.truth())->frobenius;
   return {*std::move(result), error};
 }

@@ -98,8 +98,8 @@ TEST(RegisteredProbe, captures_as_well_as_the_coaxial_rig) {
 }
 
 // A rig that is off by a twenty-fifth of a cell, and whose registration says so, is not left to brute force.
-// Without that it takes half as many photographs again: its direct light in neighbouring cells is no product
-// of two pictures.
+// Without that it takes a third to a half more photographs (five seeds of the scene: 1.36 to 1.58 times as
+// many): its direct light in neighbouring cells is no product of two pictures.
 TEST(RegisteredProbe, a_map_that_is_known_to_be_wrong_is_not_left_to_brute_force) {
   const std::string scene =
       "sim:vgroove-textured?size=32x32&fine=4&camera=152x152&turn=1.5&zoom=0.784&distortion=0.02";
@@ -123,7 +123,7 @@ TEST(RegisteredProbe, a_map_that_is_known_to_be_wrong_is_not_left_to_brute_force
              unknown = captured(**moved, 0);
   ASSERT_TRUE(at_rest.ok() && known.ok() && unknown.ok());
   EXPECT_LE(static_cast<double>(known->patterns), 1.3 * static_cast<double>(at_rest->patterns));
-  EXPECT_GT(static_cast<double>(unknown->patterns), 1.5 * static_cast<double>(known->patterns));
+  EXPECT_GT(static_cast<double>(unknown->patterns), 1.25 * static_cast<double>(known->patterns));
   const auto error = evaluate(known->tensor, [&](const Image<float>& p) -> Result<Image<float>> {
     return (*moved)->truth().apply(p);
   });

@@ -56,7 +56,7 @@ using LookAside = std::function<Result<std::vector<Radiance>>(std::span<const Pa
 /// lies where the projector shows it. The tests go from the most general to the most special one; each later
 /// one relies on what the earlier ones have found in order.
 /// look: asked only if something is wrong, to find out what; may be empty.
-/// cost: no photograph if all is well, one if light seems to come from elsewhere, else at most six.
+/// cost: no photograph if all is well, two if light seems to come from elsewhere, else at most six.
 /// fails: wrong_light (LightFault); as look.
 Result<void> check_light(const LightSeries& series, const LookAside& look);
 

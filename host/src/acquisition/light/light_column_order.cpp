@@ -267,6 +267,13 @@ Found find_negative_light(const LightColumns& columns) {
 
 }  // namespace
 
+Result<void> check_order_of_columns(const TransportTensor& measured, const LightSeries& series) {
+  if (!exchanged_light(series).significant) return {};
+  const LightColumns columns(measured);
+  if (const Found other = find_other_pixels(columns)) return other->error();
+  return {};
+}
+
 Result<void> check_columns(const TransportTensor& measured) {
   const LightColumns columns(measured);
   if (const Found inverted = find_inverted(columns)) return inverted->error();
@@ -274,7 +281,6 @@ Result<void> check_columns(const TransportTensor& measured) {
   const std::vector<ColumnWay> ways = all_ways(columns.grid());
   if (const Found way = find_way(columns, ways)) return way->error();
   if (const Found change = find_change(columns, ways)) return change->error();
-  if (const Found other = find_other_pixels(columns)) return other->error();
   if (const Found late = find_late_photograph(columns)) return late->error();
   if (const Found glow = find_glow(columns)) return glow->error();
   if (const Found negative = find_negative_light(columns)) return negative->error();

@@ -106,15 +106,19 @@ Compared compare(const TransportTensor& measured, std::span<const float> shown, 
   return found;
 }
 
-/// Column `col` of T, all channels added.
-std::vector<double> column_of(const TransportTensor& tensor, std::size_t col) {
-  std::vector<float> shown(tensor.camera_tree().order().size()), light(shown.size());
-  std::vector<double> sum(shown.size());
-  shown[col] = 1;
+/// The photograph of one lit pixel, all channels added. pixel and result: in raster order, because two
+/// tensors may have two trees.
+std::vector<double> photograph_of(const TransportTensor& tensor, std::size_t pixel) {
+  const auto order = tensor.camera_tree().order();
+  std::vector<float> shown(order.size()), light(order.size());
+  std::vector<double> sum(order.size());
+  for (std::size_t t = 0; t < order.size(); ++t)
+    shown[t] = static_cast<std::size_t>(order[t]) == pixel ? 1.F : 0.F;
   for (int channel = 0; channel < tensor.channels(); ++channel) {
     std::ranges::fill(light, 0.0F);
     tensor.apply_tree(shown, light, channel, false);
-    for (std::size_t t = 0; t < light.size(); ++t) sum[t] += static_cast<double>(light[t]);
+    for (std::size_t t = 0; t < light.size(); ++t)
+      sum[static_cast<std::size_t>(order[t])] += static_cast<double>(light[t]);
   }
   return sum;
 }
@@ -171,24 +175,29 @@ bool are_columns(const TransportTensor& measured) {
 
 Result<void> check_capture_by_columns(const TransportTensor& found, const TransportTensor& measured,
                                       const LightSeries& series) {
-  constexpr double kDiffers = 0.5;
+  constexpr double kDiffers = 0.5, kOfBright = 0.3, kBright = 0.9;
   const LightColumns columns(measured);
   const double noise = series.sum(LightSeries::kSparse).sigma;  // of the light of one photograph
+  std::vector<double> most_of(columns.size());
+  for (std::size_t col = 0; col < columns.size(); ++col) most_of[col] = columns.most(col);
+  const double bright = kOfBright * quantile(most_of, kBright);
   std::size_t wrong = 0, first = 0;
   double most = 0;
   for (std::size_t col = 0; col < columns.size(); ++col) {
-    if (!columns.lit(col)) continue;
-    const std::vector<double> alone = column_of(measured, col), searched = column_of(found, col);
+    if (!columns.lit(col) || columns.most(col) < bright) continue;
+    const auto pixel = static_cast<std::size_t>(measured.camera_tree().order()[col]);
+    const std::vector<double> alone = photograph_of(measured, pixel), searched = photograph_of(found, pixel);
     double difference = 0, light = 0, captured = 0;
-    for (std::size_t t = 0; t < alone.size(); ++t) {
-      if (series.valid()[static_cast<std::size_t>(measured.camera_tree().order()[t])] == 0) continue;
-      difference += (searched[t] - alone[t]) * (searched[t] - alone[t]);
-      light += alone[t] * alone[t], captured += searched[t] * searched[t];
+    for (std::size_t at = 0; at < alone.size(); ++at) {
+      if (series.valid()[at] == 0) continue;
+      difference += (searched[at] - alone[at]) * (searched[at] - alone[at]);
+      light += alone[at] * alone[at], captured += searched[at] * searched[at];
     }
-    const double of_light = std::sqrt(difference / std::max(light, captured));
-    if (of_light < kDiffers || std::sqrt(difference) < kLightSigmas * noise) continue;
+    const double all = std::max(light, captured);
+    if (!(all > 0) || difference < kDiffers * kDiffers * all || std::sqrt(difference) < kLightSigmas * noise)
+      continue;
     if (wrong == 0) first = col;
-    most = std::max(most, of_light);
+    most = std::max(most, std::sqrt(difference / all));
     ++wrong;
   }
   if (wrong == 0) return {};

@@ -36,6 +36,7 @@ Result<void> check_seven(Probe& rig, const TransportTensor* measured, const Tran
     SYMRIG_TRY(const Checks checks, Checks::take(tree, photographer));
     const LightSeries series(tree, *flood, &checks);
     const LookAside look = [&](std::span<const Pattern> shown) { return rig.measure(shown); };
+    if (measured != nullptr) SYMRIG_CHECK(check_order_of_columns(*measured, series));
     SYMRIG_CHECK(check_light(series, look));
     if (measured == nullptr) return {};
     SYMRIG_CHECK(check_sum_of_columns(*measured, series, look));
@@ -75,8 +76,9 @@ Result<void> judge_light(Probe& rig, const CaptureOptions& options, const Captur
       (options.max_patterns != 0 && result.patterns + wanted > options.max_patterns))
     return {};
   if (alone) return check_seven(rig, &result.tensor, nullptr, options.progress);
-  // Where a budget ended the search, the capture may be far from the rig.
-  const bool comparable = searched && options.max_patterns == 0;
+  // Where a budget or a target ended the search, or a coarse tolerance, it may be far from the rig.
+  const bool comparable = searched && result.stopped_by == "done" && options.max_patterns == 0 &&
+                          options.target_error == 0 && !options.tolerance;
   return check_rig_light(rig, comparable ? &result.tensor : nullptr, options.progress);
 }
 

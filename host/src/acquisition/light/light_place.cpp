@@ -169,35 +169,52 @@ std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch
                       "align them (symrig align), or register the camera (symrig calibrate)"}}};
 }
 
+namespace {
+
+/// Σ of the light of a photograph where a pattern is lit, all channels added, and its variance.
+LightSeries::Sum light_where(const LightSeries& series, const Radiance& photograph,
+                             std::span<const float> lit) {
+  double value = 0, variance = 0;
+  for (int channel = 0; channel < photograph.mean.channels(); ++channel) {
+    const auto mean = photograph.mean.plane(channel), noise = photograph.variance.plane(channel);
+    const auto valid = photograph.valid.plane(channel);
+    for (std::size_t at = 0; at < mean.size(); ++at)
+      if (series.valid()[at] != 0 && valid[at] != 0 && lit[at] > 0)
+        value += static_cast<double>(mean[at]), variance += static_cast<double>(noise[at]);
+  }
+  return {value, std::sqrt(variance)};
+}
+
+}  // namespace
+
+// The pixels that look bright are chosen by one photograph, and their light is that of another: noise that
+// chose them is not in that.
 Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, const LightMatch& match,
                                                     const LookAside& look) {
   constexpr double kBright = 0.5, kComesBack = 0.5;
   const std::optional<LightFault> none;
-  if (match.follows() || series.pixels() < kFewestInOrder || !look) return none;
+  if (match.follows() || series.pixels() < kFewestInOrder || !look || !exchanged_light(series).significant)
+    return none;
   const LightPhotograph& there = series[LightSeries::kSparse];
   const double least = kBright * static_cast<double>(*std::ranges::max_element(there.mean));
-  Pattern bright(series.grid());
-  double sent = 0, variance = 0;
+  Pattern bright(series.grid()), sparse(series.grid());
   for (std::size_t at = 0; at < series.valid().size(); ++at) {
-    if (series.valid()[at] == 0 || static_cast<double>(there.mean[at]) < least) continue;
-    bright.values()[at] = 1;
-    sent += there.mean[at], variance += there.variance[at];
+    sparse.values()[at] = there.lit[at] != 0 ? 1.F : 0.F;
+    if (series.valid()[at] != 0 && static_cast<double>(there.mean[at]) >= least) bright.values()[at] = 1;
   }
-  SYMRIG_TRY(const std::vector<Radiance> seen, look(std::span(&bright, 1)));
-  if (seen.size() != 1) return none;
-  double back = 0;
-  for (int channel = 0; channel < seen.front().mean.channels(); ++channel) {
-    const auto mean = seen.front().mean.plane(channel), noise = seen.front().variance.plane(channel);
-    for (std::size_t at = 0; at < mean.size(); ++at)
-      if (series.valid()[at] != 0 && there.lit[at] != 0)
-        back += static_cast<double>(mean[at]), variance += static_cast<double>(noise[at]);
-  }
-  if (back > kComesBack * sent || sent - back < kLightSigmas * std::sqrt(variance)) return none;
+  const std::vector<Pattern> shown{sparse, bright};
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(shown));
+  if (seen.size() != shown.size() || seen.front().mean.grid() != series.grid()) return none;
+  const LightSeries::Sum sent = light_where(series, seen[0], bright.values()),
+                         back = light_where(series, seen[1], sparse.values());
+  if (!sent.above(kLightSigmas) || back.value > kComesBack * sent.value ||
+      sent.value - back.value < kLightSigmas * std::hypot(sent.sigma, back.sigma))
+    return none;
   return std::optional(LightFault{
-      fmt::format(
-          "light does not come back: {} makes other pixels bright, and of the light on them, {} is seen "
-          "the other way",
-          there.name, percent_of_light(std::max(back, 0.0) / sent)),
+      fmt::format("light does not come back: if the pixels that are bright in photograph {} ({}) are lit "
+                  "themselves, {} of their light is seen where it came from",
+                  LightSeries::kSparse + 1, there.name,
+                  percent_of_light(std::max(back.value, 0.0) / sent.value)),
       causes_of_other_pixels()});
 }
 

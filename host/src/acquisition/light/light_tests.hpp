@@ -70,7 +70,8 @@ std::optional<LightFault> find_shift(const LightSeries& series, const LightMatch
 
 /// Light that does not come back: the pixels that a pattern makes bright light others than those of the
 /// pattern. So the camera's pixels are not the projector's, in no known way.
-/// cost: one photograph if the photographs do not show that they follow their patterns.  fails: as look.
+/// cost: two photographs if light between pixels differs from the light back, and photographs do not show
+/// that they follow their patterns.  fails: as look.
 Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, const LightMatch& match,
                                                     const LookAside& look);
 
@@ -82,6 +83,11 @@ bool are_columns(const TransportTensor& measured);
 /// much light goes from a pixel to another as comes back. Random patterns tell this from seven photographs,
 /// but not on few pixels, and not of one photograph among many. measured: are_columns().  fails: wrong_light.
 Result<void> check_columns(const TransportTensor& measured);
+
+/// Whether each pixel is bright in few photographs, mostly not its own, in no known way, and no light goes
+/// back. series: of the same rig: without light that goes one way, noise alone is bright.  fails:
+/// wrong_light.
+Result<void> check_order_of_columns(const TransportTensor& measured, const LightSeries& series);
 
 /// Whether a capture gives the light of each pixel alone. A single photograph that is wrong changes much of
 /// one pixel's light. found: of the same rig, with an error far below half of a pixel's light. measured:

@@ -13,11 +13,7 @@ namespace symrig::acquisition {
 namespace {
 
 /// Direct light that a photograph lacks, and that it has.
-constexpr double kLacksLight = 0.5, kHasLight = 0.75, kDarkLight = 0.3;
-/// Two photographs differ by more than noise, in squares.
-constexpr double kNoise = 4;
-/// A scene that deceives the witness so often is not asked about again.
-constexpr int kMostInVain = 3;
+constexpr double kLacksLight = 0.5, kHasLight = 0.75;
 
 double total(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
@@ -67,12 +63,16 @@ PictureMotion motion_of(Grid grid, std::span<const float> first, std::span<const
 
 LightWitness::Picture LightWitness::picture_of(const Radiance& photograph) {
   const auto pixels = static_cast<std::size_t>(photograph.mean.grid().size());
-  Picture picture{std::vector<float>(pixels), std::vector<float>(pixels)};
+  Picture picture{std::vector<float>(pixels), std::vector<float>(pixels),
+                  std::vector<std::uint8_t>(pixels, 1)};
   for (int channel = 0; channel < photograph.mean.channels(); ++channel) {
     const auto mean = photograph.mean.plane(channel), variance = photograph.variance.plane(channel);
     const auto valid = photograph.valid.plane(channel);
     for (std::size_t at = 0; at < pixels; ++at) {
-      if (valid[at] == 0) continue;
+      if (valid[at] == 0) {
+        picture.valid[at] = 0;
+        continue;
+      }
       picture.light[at] += mean[at];
       picture.variance[at] += variance[at];
     }
@@ -148,66 +148,94 @@ void LightWitness::remember(const Pattern& pattern, const Picture& picture) {
   unjudged_.push_back({count_, before_pattern_, pattern, picture});
 }
 
-double LightWitness::squares_apart(const Picture& a, const Picture& b) {
+double LightWitness::squares_apart(const Picture& a, const Picture& b, double factor) {
   double squares = 0;
   for (std::size_t at = 0; at < a.light.size(); ++at)
-    squares += std::pow(static_cast<double>(a.light[at]) - static_cast<double>(b.light[at]), 2);
+    if (a.valid[at] != 0 && b.valid[at] != 0)
+      squares += std::pow(static_cast<double>(a.light[at]) - factor * static_cast<double>(b.light[at]), 2);
   return squares;
 }
 
-/// Far more than noise and a lamp that drifts explain.
-bool LightWitness::differs(const Picture& first, const Picture& again) {
-  constexpr double kShare = 0.01;
-  double light = 0;
-  for (const float v : again.light) light += static_cast<double>(v) * static_cast<double>(v);
-  return squares_apart(first, again) >
-         kNoise * (total(first.variance) + total(again.variance)) + kShare * light;
+double LightWitness::factor_of(const Picture& a, const Picture& b) {
+  double both = 0, square = 0;
+  for (std::size_t at = 0; at < a.light.size(); ++at) {
+    if (a.valid[at] == 0 || b.valid[at] == 0) continue;
+    both += static_cast<double>(a.light[at]) * static_cast<double>(b.light[at]);
+    square += static_cast<double>(b.light[at]) * static_cast<double>(b.light[at]);
+  }
+  return square > 0 ? both / square : 0;
 }
 
+/// Far more than the stated noise. The sum of squares of independent errors of variances v scatters by √(2 Σ
+/// v²).
+bool LightWitness::differs(const Picture& first, const Picture& again) {
+  constexpr double kShare = 0.1;
+  double light = 0, noise = 0, scatter = 0;
+  for (std::size_t at = 0; at < first.light.size(); ++at) {
+    if (first.valid[at] == 0 || again.valid[at] == 0) continue;
+    const double v = static_cast<double>(first.variance[at]) + static_cast<double>(again.variance[at]);
+    light += static_cast<double>(again.light[at]) * static_cast<double>(again.light[at]);
+    noise += v, scatter += 2 * v * v;
+  }
+  return squares_apart(first, again) > noise + kLightSigmas * std::sqrt(scatter) + kShare * light;
+}
+
+/// From the last to the first: a camera that has been late since some photograph would show in each what it
+/// showed before, if it were asked in the same order.
 Result<void> LightWitness::look_at_unjudged() {
-  constexpr std::size_t kTogether = 64;
-  for (std::size_t first = 0; look_ && first < unjudged_.size(); first += kTogether) {
-    const std::size_t count = std::min(kTogether, unjudged_.size() - first);
+  constexpr std::size_t kTogether = 16;
+  if (!look_) return {};
+  for (std::size_t left = unjudged_.size(); left > 0;) {
+    const std::size_t count = std::min(kTogether, left);
     std::vector<Pattern> patterns;
-    for (std::size_t k = 0; k < count; ++k) patterns.push_back(unjudged_[first + k].pattern);
+    for (std::size_t k = 1; k <= count; ++k) patterns.push_back(unjudged_[left - k].pattern);
     SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
-    if (taken.size() != count) return {};
-    for (std::size_t k = 0; k < count; ++k)
-      if (differs(unjudged_[first + k].picture, picture_of(taken[k])))
-        SYMRIG_CHECK(prove(unjudged_[first + k], false));
+    if (taken.size() != count || taken.front().mean.grid() != grid()) return {};
+    for (std::size_t k = 1; k <= count; ++k) {
+      const Seen& seen = unjudged_[left - k];
+      if (!differs(seen.picture, picture_of(taken[k - 1]))) continue;
+      SYMRIG_CHECK(prove(seen, false));
+      if (asked_in_vain_ >= kMostInVain) return {};
+    }
+    left -= count;
   }
   return {};
 }
 
-/// Takes the photograph again, three times: a camera that is one late shows the pattern from the second on.
-/// The last two tell the noise, whatever is stated.
+/// Takes the photograph again, four times: a camera that is one late shows the pattern from the second on.
+/// The last three tell the noise, whatever is stated.
 Result<void> LightWitness::prove(const Seen& seen, bool repeats) {
-  const std::vector<Pattern> patterns{seen.before, seen.before, seen.pattern, seen.pattern, seen.pattern};
+  constexpr double kNoise = 4, kExplains = 0.25;
+  const std::vector<Pattern> patterns{seen.before,  seen.before,  seen.pattern,
+                                      seen.pattern, seen.pattern, seen.pattern};
+  static_assert(kEachProof == 6);
   SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
-  if (taken.size() != patterns.size()) return {};
+  if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
   const Picture shown_before = picture_of(taken[1]), again = picture_of(taken[3]),
-                repeated = picture_of(taken[4]);
+                second = picture_of(taken[4]), third = picture_of(taken[5]);
   const double away = squares_apart(seen.picture, again);
+  const double noise =
+      std::max({squares_apart(second, again), squares_apart(third, again), squares_apart(third, second)});
   const double shows = answer(again, seen.pattern, nullptr);
-  if (!differs(seen.picture, again) || away < kNoise * squares_apart(repeated, again) ||
-      (shows >= 0 && shows < kHasLight)) {
+  if (!differs(seen.picture, again) || away < kNoise * noise || (shows >= 0 && shows < kHasLight)) {
     ++asked_in_vain_;
     return {};
   }
-  const bool before = repeats || squares_apart(seen.picture, shown_before) < away / 4;
-  const bool dark = !before && total(seen.picture.light) < kDarkLight * total(again.light);
-  LightFault fault{fmt::format("photograph {} {}; taken again, it shows its own pattern", seen.number,
-                               repeats  ? "is the same as the one before, noise included"
-                               : before ? "shows the pattern of the one before"
-                               : dark   ? "is dark"
-                                        : "shows another pattern"),
-                   {}};
-  const std::string next =
-      "empty the camera's queue before each pattern, and tie each photograph to its trigger";
-  if (!dark) fault.causes.push_back({"a frame came late or twice", next});
-  if (!before)
-    fault.causes.push_back({dark ? "a frame without light, or one that was lost" : "a frame was lost", next});
-  if (dark) fault.causes.push_back({"a lamp that flickers", ""});
+  const bool before = repeats || squares_apart(seen.picture, shown_before) < kExplains * away;
+  const double factor = factor_of(seen.picture, again);
+  const bool less = !before && squares_apart(seen.picture, again, factor) < kExplains * away;
+  LightFault fault{
+      fmt::format("photograph {} {}; taken again, it shows its own pattern", seen.number,
+                  repeats  ? std::string("is the same as the one before, noise included")
+                  : before ? std::string("shows the pattern of the one before")
+                  : less   ? fmt::format("has {} of its light", percent_of_light(std::max(factor, 0.0)))
+                           : std::string("shows another pattern")),
+      {}};
+  if (less)
+    fault.causes = causes_of_missing_light();
+  else
+    fault.causes.push_back(late_frame());
+  if (!before && !less) fault.causes.push_back({"a frame was lost", late_frame().next});
   return fault.error();
 }
 

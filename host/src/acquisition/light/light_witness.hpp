@@ -22,10 +22,10 @@ class LightWitness final : public ForwardingProbe {
 
   /// After a search with a large error: takes each photograph again of which it could not tell whether it
   /// shows its pattern, because few pixels were lit.
-  /// cost: unjudged() photographs, and five for each that differs.
+  /// cost: at most cost_of_unjudged() photographs.
   /// fails: wrong_light (a photograph that is proven to be wrong); as look.
   Result<void> look_at_unjudged();
-  std::int64_t unjudged() const { return std::ssize(unjudged_); }
+  std::int64_t cost_of_unjudged() const { return std::ssize(unjudged_) + kMostInVain * kEachProof; }
 
   /// After a search that has found nothing to rely on: takes the flood-lit photograph three times and that
   /// of the first half again, and one of black.
@@ -35,16 +35,24 @@ class LightWitness final : public ForwardingProbe {
   static constexpr std::int64_t kLooksAgain = 5;
 
  private:
+  /// A scene that deceives the witness so often is not asked about again.
+  static constexpr int kMostInVain = 3;
+  static constexpr std::int64_t kEachProof = 6;
+
   /// All channels added.
   struct Picture {
-    std::vector<float> light, variance;
+    std::vector<float> light, variance;  ///< 0 where no channel is valid
+    std::vector<std::uint8_t> valid;     ///< in all channels
   };
   struct Seen {
     std::int64_t number = 0;  ///< from 1
     Pattern before, pattern;
     Picture picture;
   };
-  static double squares_apart(const Picture& a, const Picture& b);
+  /// Σ (a − factor b)² over the pixels that are valid in both.
+  static double squares_apart(const Picture& a, const Picture& b, double factor = 1);
+  /// The factor for which that is least.
+  static double factor_of(const Picture& a, const Picture& b);
   static bool differs(const Picture& first, const Picture& again);
   void remember(const Pattern& pattern, const Picture& picture);
   static double apart(const Picture& a, const Picture& b);

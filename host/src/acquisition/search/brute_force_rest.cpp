@@ -273,10 +273,11 @@ void BruteForceRest::Prior::read(const Matrix& p, const Matrix& left, const Matr
     for (Index u = 0; u < p.cols(); ++u) {
       if (weight(k, u) == 0) continue;
       const double own = square(p(k, u)), excess = square(left(k, u)) - 1 / weight(k, u);
+      const double sure = square(weight(k, u));  // the square of an error of variance v scatters by √2 v
       if (own == 0)
-        dark += excess, dark_share += all;
+        dark += sure * excess, dark_share += sure * all;
       else
-        lit += excess, lit_share += own, lit_beside += all - own;
+        lit += sure * excess, lit_share += sure * own, lit_beside += sure * (all - own);
     }
   }
   around = dark_share > 0 ? std::max(0.0, dark / dark_share) : 0;

@@ -183,7 +183,7 @@ std::optional<Error> wrong_turn_of(const Alignment& alignment) {
                      : mirrored ? (upright ? Turn::columns : Turn::rows)
                                 : Turn::both;
   // A picture of pixels in another order looks turned and mirrored, by any angle.
-  constexpr double kSquare = 10;
+  constexpr double kSquare = 20;
   const bool square = std::abs(std::remainder(turn, 90.0)) < kSquare;
   return LightFault{
       fmt::format("the stripes lie turned by {:.0f} degrees{}, and the camera has a pixel for each cell",
