@@ -272,13 +272,16 @@ double lamp_of(const Radiance& again, const Radiance& logged) {
   return both <= 0 ? 1 : std::clamp(square / both, 1 - kLampError, 1 + kLampError);
 }
 
-/// rms of (made again / lamp − logged) / σ over the valid pixels.
-double distance(const Radiance& again, const Radiance& logged) {
-  const double lamp = lamp_of(again, logged);
+/// rms of (made again / lamp − logged) / σ over the valid pixels. A log of a camera's own pixels rounds what
+/// the rig gives it: the lamp comes before.
+double distance(Radiance again, const Radiance& logged, const PhotographLog& log) {
+  const auto lamp = static_cast<float>(lamp_of(again, logged));
+  for (float& v : again.mean.values()) v /= lamp;
+  again = log.kept(std::move(again));
   double squares = 0;
   std::int64_t count = 0;
   for_each_valid(again, logged, [&](std::size_t i) {
-    const double off = again.mean.values()[i] / lamp - logged.mean.values()[i];
+    const double off = static_cast<double>(again.mean.values()[i]) - logged.mean.values()[i];
     squares += off * off / logged.variance.values()[i];
     ++count;
   });
@@ -289,13 +292,13 @@ using Blacks = std::map<int, Radiance>;  // by session
 
 /// Median distance of a session's photographs with this black. If several brackets have a photograph's
 /// pattern, the last one is most likely, because earlier ones were taken again.
-double misfit(std::span<const Suspect> suspects, int session, const Radiance& black) {
+double misfit(const PhotographLog& log, std::span<const Suspect> suspects, int session,
+              const Radiance& black) {
   std::vector<double> distances;
   for (const Suspect& suspect : suspects) {
     if (distances.size() == kWitnesses) break;
     if (suspect.brackets.empty() || suspect.brackets.back().session != session) continue;
-    const Radiance again = as_logged(suspect.brackets.back().photograph, black);
-    distances.push_back(distance(again, suspect.logged));
+    distances.push_back(distance(as_logged(suspect.brackets.back().photograph, black), suspect.logged, log));
   }
   return median(distances);
 }
@@ -303,8 +306,8 @@ double misfit(std::span<const Suspect> suspects, int session, const Radiance& bl
 /// The black that the rig subtracted in a session: the mean of options.blacks of its dark brackets. Some were
 /// taken again, and which ones is unknown. So it tries all choices and takes the one with the smallest
 /// misfit.
-Result<Radiance> black_of(const Auditor& auditor, std::span<const Suspect> suspects, int session,
-                          std::size_t blacks) {
+Result<Radiance> black_of(const Auditor& auditor, const PhotographLog& log, std::span<const Suspect> suspects,
+                          int session, std::size_t blacks) {
   SYMRIG_TRY(const std::vector<Radiance> dark, auditor.dark_photographs(session));
   if (dark.empty() || blacks == 0) return auditor.no_black();
   std::vector<char> chosen(dark.size());
@@ -316,28 +319,30 @@ Result<Radiance> black_of(const Auditor& auditor, std::span<const Suspect> suspe
     for (std::size_t k = 0; k < dark.size(); ++k)
       if (chosen[k] != 0) used.push_back(dark[k]);
     SYMRIG_TRY(Radiance black, average(used));
-    const double away = misfit(suspects, session, black);
+    const double away = misfit(log, suspects, session, black);
     if (away < least) least = away, best = std::move(black);
   } while (std::next_permutation(chosen.begin(), chosen.end()));
   return best;
 }
 
-Result<Blacks> blacks_of(const Auditor& auditor, std::span<const Suspect> suspects, std::size_t count) {
+Result<Blacks> blacks_of(const Auditor& auditor, const PhotographLog& log, std::span<const Suspect> suspects,
+                         std::size_t count) {
   Blacks blacks;
   for (const Suspect& suspect : suspects)
     for (const Bracket& bracket : suspect.brackets) {
       if (blacks.contains(bracket.session)) continue;
-      SYMRIG_TRY(blacks[bracket.session], black_of(auditor, suspects, bracket.session, count));
+      SYMRIG_TRY(blacks[bracket.session], black_of(auditor, log, suspects, bracket.session, count));
     }
   return blacks;
 }
 
 /// Finds the nearest bracket and moves it to the front.
-AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const TrueExposure> truth) {
+AuditedPhotograph judge(const PhotographLog& log, Suspect& suspect, const Blacks& blacks,
+                        std::span<const TrueExposure> truth) {
   AuditedPhotograph best{-1, 0};
   for (Bracket& bracket : suspect.brackets) {
-    const Radiance again = as_logged(bracket.photograph, blacks.at(bracket.session));
-    const double away = distance(again, suspect.logged);
+    const double away =
+        distance(as_logged(bracket.photograph, blacks.at(bracket.session)), suspect.logged, log);
     if (best.distance >= 0 && away >= best.distance) continue;
     best = {away, truth[bracket.taken.front()].frame};
     if (&bracket != &suspect.brackets.front()) std::swap(suspect.brackets.front(), bracket);
@@ -346,8 +351,8 @@ AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const 
 }
 
 /// Replaces a frame of the bracket by frame j of `other`, and checks that the limit detects it.
-Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other,
-                   const Radiance& black, double limit, Audit& audit) {
+Result<void> plant(const Auditor& auditor, const PhotographLog& log, const Suspect& suspect,
+                   const Bracket& other, const Radiance& black, double limit, Audit& audit) {
   const Bracket& own = suspect.brackets.front();
   const Radiance right = as_logged(own.photograph, black);
   for (std::size_t j = 0; j < own.codes.size(); ++j) {
@@ -356,9 +361,9 @@ Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket
     SYMRIG_TRY(Radiance merged, auditor.merged(own.taken, codes));
     const Radiance wrong = as_logged(std::move(merged), black);
     ++audit.planted;
-    if (distance(wrong, suspect.logged) > limit)
+    if (distance(wrong, suspect.logged, log) > limit)
       ++audit.found;
-    else if (distance(wrong, right) < kHarmless * limit)
+    else if (distance(wrong, right, log) < kHarmless * limit)
       ++audit.harmless;
   }
   return {};
@@ -387,10 +392,10 @@ Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> trut
                              to_string(log.camera_grid()), to_string(auditor.camera())),
                  "give the scene of the capture"};
   SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
-  SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, suspects, options.blacks));
+  SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, log, suspects, options.blacks));
   Audit audit;
   for (Suspect& suspect : suspects) {
-    audit.photographs.push_back(judge(suspect, blacks, truth));
+    audit.photographs.push_back(judge(log, suspect, blacks, truth));
   }
   for (std::size_t k = 0; k < suspects.size(); ++k) {
     const double away = audit.photographs[k].distance;
@@ -401,8 +406,8 @@ Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> trut
     const Suspect& next = suspects[(k + 1) % suspects.size()];
     const Bracket& own = suspects[k].brackets.front();
     if (suspects.size() > 1 && !next.brackets.empty())
-      SYMRIG_CHECK(
-          plant(auditor, suspects[k], next.brackets.front(), blacks.at(own.session), options.limit, audit));
+      SYMRIG_CHECK(plant(auditor, log, suspects[k], next.brackets.front(), blacks.at(own.session),
+                         options.limit, audit));
   }
   return audit;
 }
