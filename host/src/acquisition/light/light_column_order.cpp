@@ -29,8 +29,7 @@ constexpr std::size_t kFewestLit = 8;
 
 std::vector<ColumnWay> all_ways(Grid grid) {
   std::vector<ColumnWay> ways;
-  constexpr int kTurns = 8;
-  for (int turn = 0; turn < kTurns; ++turn)
+  for (std::size_t turn = 0; turn < kTurns; ++turn)
     for (int late = kEarliest; late <= kLatest; ++late)
       ways.push_back({{late, false, static_cast<Turn>(turn)}});
   const int rows = std::min(kFarthest, grid.rows / 2), cols = std::min(kFarthest, grid.cols / 2);

@@ -77,7 +77,7 @@ double LightSums::spread() const {
 
 namespace {
 
-constexpr std::size_t kTurns = 8, kRandom = 4;
+constexpr std::size_t kRandom = 4;
 /// A mean of four correlations has at most twice the standard deviation of one: the halves are complements.
 constexpr double kOrderSigmas = 8;
 /// How much better another order must be. A pattern that scatters light has no direct light, but never more

@@ -93,6 +93,7 @@ class LightSums {
 
 /// How a camera's picture may lie on that of the projector.
 enum class Turn : std::uint8_t { none, columns, rows, both, transposed, across, quarter, back };
+inline constexpr std::size_t kTurns = 8;
 
 /// Patterns may be this far from their photographs.
 inline constexpr int kEarliest = -2, kLatest = 3;
