@@ -125,7 +125,15 @@ inline Outcome run(const DenseTransport& scene, const CaptureOptions& options = 
   auto result = capture(probe, counted);
   EXPECT_TRUE(result.ok()) << result.error().line();
   EXPECT_EQ(result->patterns + aside, probe.cost().photographs);
-  EXPECT_LE(aside, result->patterns);
+  // Five at the end of a search that found nothing to rely on, where no budget is in the way. A large error
+  // is a reason for more.
+  const bool looked =
+      result->undetermined && !options.unchecked && options.max_patterns == 0 && options.max_seconds == 0;
+  constexpr double kLarge = 0.04;
+  if (result->stated_error().value_or(0) <= kLarge)
+    EXPECT_EQ(aside, looked ? 5 : 0);
+  else
+    EXPECT_LE(aside, result->patterns);
   const double error = evaluate(result->tensor, scene.truth())->frobenius;
   return {*std::move(result), error};
 }
