@@ -125,7 +125,9 @@ bool has_large_error(const CaptureSettings& settings, const CaptureResult& resul
 /// A search that finds nothing to rely on is a reason to ask whether the rig is still the same.
 Result<CaptureResult> run_watched(Probe& probe, CaptureSettings settings, const AlgorithmInfo& algorithm) {
   if (!settings.look_aside && settings.log == nullptr)
-    settings.look_aside = [&probe](std::span<const Pattern> patterns) { return probe.measure(patterns); };
+    settings.look_aside = [&probe](std::span<const Pattern> patterns, std::span<const Expectation> expected) {
+      return expected.empty() ? probe.measure(patterns) : probe.measure_expected(patterns, expected);
+    };
   acquisition::LightWitness witness(probe, settings.look_aside);
   SYMRIG_TRY(CaptureResult result, algorithm.run(witness, settings));
   const auto spares = [&](std::int64_t photographs) {

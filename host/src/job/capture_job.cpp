@@ -135,9 +135,10 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
   CaptureOptions options = job.options;
   options.log = cells ? cells.get() : log;
   // Of a capture that goes on, the rig may have been repaired since.
-  options.look_aside = [&](std::span<const Pattern> patterns) -> Result<std::vector<Radiance>> {
+  options.look_aside = [&](std::span<const Pattern> patterns,
+                           std::span<const Expectation> expected) -> Result<std::vector<Radiance>> {
     if (logged && logged->replayed() > 0) return std::vector<Radiance>();
-    return rig.measure(patterns);
+    return expected.empty() ? rig.measure(patterns) : rig.measure_expected(patterns, expected);
   };
   SYMRIG_TRY(CaptureResult result, capture(probe, options));
   if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());

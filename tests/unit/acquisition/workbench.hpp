@@ -118,7 +118,7 @@ inline Outcome run(const DenseTransport& scene, const CaptureOptions& options = 
   DenseProbe probe(scene, sigma);
   CaptureOptions counted = options;
   std::int64_t aside = 0;
-  counted.look_aside = [&](std::span<const Pattern> patterns) {
+  counted.look_aside = [&](std::span<const Pattern> patterns, std::span<const Expectation>) {
     aside += std::ssize(patterns);
     return probe.measure(patterns);
   };

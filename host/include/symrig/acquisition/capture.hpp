@@ -56,6 +56,10 @@ struct ExposureGoal {
   double longest_seconds = 10;  ///< of all exposures of one photograph
 };
 
+/// As Probe::measure_expected; `expected` may be empty. No photographs: the rig cannot be asked.
+using LookAside = std::function<Result<std::vector<Radiance>>(std::span<const Pattern> patterns,
+                                                              std::span<const Expectation> expected)>;
+
 /// How to capture. The algorithm's own default replaces what is left out: capture(probe, {}) is
 /// `symrig capture` without options. settings_of() refuses what makes no sense.
 struct CaptureOptions {
@@ -92,7 +96,7 @@ struct CaptureOptions {
   Progress progress = {};
   /// Takes photographs that are no part of the capture, to find out what is wrong; empty: as the probe, if
   /// `log` is nullptr, else not at all.
-  std::function<Result<std::vector<Radiance>>(std::span<const Pattern>)> look_aside = {};
+  LookAside look_aside = {};
   /// Called by the thread that captures before its search, once the first photographs are taken and judged;
   /// may be empty. An error ends the capture.
   std::function<Result<void>()> before_search = {};
@@ -122,7 +126,7 @@ struct CaptureSettings {
   bool unchecked = false;
   PhotographLog* log = nullptr;
   Work work = {};  ///< tells CaptureOptions::progress
-  std::function<Result<std::vector<Radiance>>(std::span<const Pattern>)> look_aside = {};
+  LookAside look_aside = {};
   std::function<Result<void>()> before_search = {};
   std::function<void(const CaptureForecast&)> foretell = {};
   std::function<void(const CaptureSnapshot&)> watch = {};

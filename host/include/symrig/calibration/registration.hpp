@@ -43,7 +43,11 @@ class MotionWatch {
   MotionWatch(Grid cells, Image<float> before, std::array<Point, 2> step, Mosaic mosaic = Mosaic::none)
       : cells_(cells), before_(std::move(before)), step_(step), mosaic_(mosaic) {}
 
-  /// Takes two photographs.
+  /// Exposures make a motion known to this [cells]: three of it are a third of the motion that a capture
+  /// allows.
+  static constexpr double kSigma = 0.0005;
+
+  /// Takes two photographs; again, as the rig chooses, where they came out too bright.
   /// fails: as the rig; size_mismatch; bad_value (the pictures have no edges).
   Result<Motion> measure(Probe& rig) const;
   /// now: photographs of patterns().
@@ -52,6 +56,12 @@ class MotionWatch {
   Mosaic mosaic() const { return mosaic_; }
 
  private:
+  Result<void> check(std::span<const Radiance> now) const;
+  template <class Add>
+  void for_each_slope(Add add) const;
+  std::vector<Expectation> expected() const;
+  double cells_of(double pixels) const;
+
   Grid cells_;
   Image<float> before_;
   std::array<Point, 2> step_;

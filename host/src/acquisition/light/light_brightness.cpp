@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_tests.hpp"
+#include "symrig/hdr/bracket_plan.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -78,6 +80,19 @@ LightCause clipping(double share) {
           "expose shorter, and state clipped pixels as not valid"};
 }
 
+/// All light together is to be known to a twentieth of what is looked for. A rig that is told nothing exposes
+/// the dark photograph as long as it may.
+Expectation expected_even_light(const LightSeries& series) {
+  constexpr double kShare = 0.05, kMost = 0.02;  // of kLittle; of the light of a pixel
+  LightHistogram light;
+  for (const float v : series[LightSeries::kFlood].mean) light.add(std::max(v, 0.F));
+  if (!(light.mean_square() > 0)) return {};
+  const double relative = std::min(kMost, kShare * kLittle * std::sqrt(light.pixels()));
+  Expectation expected;
+  expected.parts = {{light.lights(), relative * relative * light.mean_square()}};
+  return expected;
+}
+
 }  // namespace
 
 LeftOver::LeftOver(const LightSeries& series) : series_(series) {
@@ -138,7 +153,8 @@ Result<BlackAndWhite> look_at_black_and_white(const LightSeries& series, const L
   if (!look) return found;
   std::vector<Pattern> patterns(6, Pattern(series.grid()));
   for (std::size_t k = 1; k < patterns.size(); ++k) std::ranges::fill(patterns[k].values(), 1.0F);
-  SYMRIG_TRY(const std::vector<Radiance> seen, look(patterns));
+  const std::vector<Expectation> expected(patterns.size(), expected_even_light(series));
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(patterns, expected));
   if (seen.size() != patterns.size()) return found;
   const LightSeries::Sum flood = series.sum(LightSeries::kFlood);
   double variance = 0, below = 0;

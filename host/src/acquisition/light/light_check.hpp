@@ -48,10 +48,6 @@ inline constexpr double kLightSigmas = 6;
 /// "12 %"
 std::string percent_of_light(double share);
 
-/// Takes further photographs, which are no part of the capture (CaptureOptions::look_aside). No photographs:
-/// the rig cannot be asked.
-using LookAside = std::function<Result<std::vector<Radiance>>(std::span<const Pattern>)>;
-
 /// Whether the first photographs of a capture can be those of a rig: light adds up, is never negative, and
 /// lies where the projector shows it. The tests go from the most general to the most special one; each later
 /// one relies on what the earlier ones have found in order.

@@ -35,7 +35,9 @@ Result<void> check_seven(Probe& rig, const TransportTensor* measured, const Tran
         "checking the light", all, [&](std::size_t, TreePhotograph& taken) { flood = std::move(taken); }));
     SYMRIG_TRY(const Checks checks, Checks::take(tree, photographer));
     const LightSeries series(tree, *flood, &checks);
-    const LookAside look = [&](std::span<const Pattern> shown) { return rig.measure(shown); };
+    const LookAside look = [&](std::span<const Pattern> shown, std::span<const Expectation>) {
+      return rig.measure(shown);
+    };
     if (measured != nullptr) SYMRIG_CHECK(check_order_of_columns(*measured, series));
     SYMRIG_CHECK(check_light(series, look));
     if (measured == nullptr) return {};

@@ -137,7 +137,7 @@ Result<bool> gives_light(const LightSeries& series, const Lines& lines, int line
     pattern
         .values()[static_cast<std::size_t>(line) * lines.step + static_cast<std::size_t>(at) * lines.along] =
         1;
-  SYMRIG_TRY(const std::vector<Radiance> seen, look(std::span(&pattern, 1)));
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(std::span(&pattern, 1), {}));
   if (seen.size() != 1) return false;
   double all = 0, variance = 0, here = 0;
   for (int channel = 0; channel < seen.front().mean.channels(); ++channel) {

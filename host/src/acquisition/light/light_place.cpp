@@ -203,7 +203,7 @@ Result<std::optional<LightFault>> find_other_pixels(const LightSeries& series, c
     if (series.valid()[at] != 0 && static_cast<double>(there.mean[at]) >= least) bright.values()[at] = 1;
   }
   const std::vector<Pattern> shown{sparse, bright};
-  SYMRIG_TRY(const std::vector<Radiance> seen, look(shown));
+  SYMRIG_TRY(const std::vector<Radiance> seen, look(shown, {}));
   if (seen.size() != shown.size() || seen.front().mean.grid() != series.grid()) return none;
   const LightSeries::Sum sent = light_where(series, seen[0], bright.values()),
                          back = light_where(series, seen[1], sparse.values());

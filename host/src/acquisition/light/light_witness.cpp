@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/light/light_witness.hpp"
 
+#include "symrig/hdr/bracket_plan.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -180,6 +182,21 @@ bool LightWitness::differs(const Picture& first, const Picture& again) {
   return squares_apart(first, again) > noise + kLightSigmas * std::sqrt(scatter) + kShare * light;
 }
 
+/// As well known as the photograph was the first time. A rig that is told nothing exposes until dark pixels
+/// are known too.
+Expectation LightWitness::expected_again(const Picture& picture) const {
+  LightHistogram light;
+  double variance = 0;
+  for (std::size_t at = 0; at < picture.light.size(); ++at) {
+    if (picture.valid[at] == 0) continue;
+    light.add(std::max(picture.light[at] / static_cast<float>(channels()), 0.F));
+    variance += static_cast<double>(picture.variance[at]) / channels();
+  }
+  Expectation expected;
+  if (variance > 0) expected.parts = {{light.lights(), variance / light.pixels()}};
+  return expected;
+}
+
 /// From the last to the first: a camera that has been late since some photograph would show in each what it
 /// showed before, if it were asked in the same order.
 Result<void> LightWitness::look_at_unjudged() {
@@ -188,8 +205,12 @@ Result<void> LightWitness::look_at_unjudged() {
   for (std::size_t left = unjudged_.size(); left > 0;) {
     const std::size_t count = std::min(kTogether, left);
     std::vector<Pattern> patterns;
-    for (std::size_t k = 1; k <= count; ++k) patterns.push_back(unjudged_[left - k].pattern);
-    SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
+    std::vector<Expectation> expected;
+    for (std::size_t k = 1; k <= count; ++k) {
+      patterns.push_back(unjudged_[left - k].pattern);
+      expected.push_back(expected_again(unjudged_[left - k].picture));
+    }
+    SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns, expected));
     if (taken.size() != count || taken.front().mean.grid() != grid()) return {};
     for (std::size_t k = 1; k <= count; ++k) {
       const Seen& seen = unjudged_[left - k];
@@ -209,7 +230,7 @@ Result<void> LightWitness::prove(const Seen& seen, bool repeats) {
   const std::vector<Pattern> patterns{seen.before,  seen.before,  seen.pattern,
                                       seen.pattern, seen.pattern, seen.pattern};
   static_assert(kEachProof == 6);
-  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
+  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns, {}));
   if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
   const Picture shown_before = picture_of(taken[1]), again = picture_of(taken[3]),
                 second = picture_of(taken[4]), third = picture_of(taken[5]);
@@ -270,7 +291,7 @@ Result<void> LightWitness::look_again() {
   if (!look_ || count_ < 2 || half_.light.empty()) return {};
   const Pattern white(grid(), 1, 1.0F);
   const std::vector<Pattern> patterns{half_pattern_, white, Pattern(grid()), white, white};
-  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns));
+  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns, {}));
   if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
   const Picture half = picture_of(taken[0]), black = picture_of(taken[2]);
   if (apart(picture_of(taken[1]), half_) < kSame && apart(black, flood_) < kSame)

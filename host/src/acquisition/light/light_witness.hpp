@@ -55,6 +55,7 @@ class LightWitness final : public ForwardingProbe {
   static double factor_of(const Picture& a, const Picture& b);
   static bool differs(const Picture& first, const Picture& again);
   void remember(const Pattern& pattern, const Picture& picture);
+  Expectation expected_again(const Picture& picture) const;
   static double apart(const Picture& a, const Picture& b);
   static Picture picture_of(const Radiance& photograph);
   /// fails: as the probe; wrong_light (a photograph that is proven to be wrong).
