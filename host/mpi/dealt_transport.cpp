@@ -113,7 +113,7 @@ Result<TransportTensor> part_of(const TransportTensor& whole, LeafRange leaves, 
 
 Result<Share> read_share(const std::filesystem::path& path, int rank, int count) {
   // A rank never holds more than its share.
-  SYMRIG_TRY(StoredScene scene, load_scene(path, {.memory = 1}));
+  SYMRIG_TRY(StoredScene scene, load_scene(path, {.memory = 1, .camera = false}));
   Share share{std::move(scene), 0};
   share.identity = identity_of(share.scene);
   const TransportTensor& whole = share.scene.tensor;

@@ -5,11 +5,13 @@
 #include "symrig/sim/dense_rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "targets.hpp"
+#include "unit/tensor/small_camera.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,7 +28,9 @@ StoredScene scene() {
   TensorBuilder builder(BlockTree(Grid{3, 4}), 1);
   builder.add_leaf(0, 6, 6, 12, 1, 1, std::vector<float>(12, 0.5F));
   builder.add_scalar(2, 2, std::vector<float>{1});
-  StoredScene stored{std::move(builder).finish(), "{}", {}};
+  StoredScene stored{std::move(builder).finish(), "{}", {}, {}};
+  stored.camera = std::make_shared<const CameraTransport>(
+      *CameraTransport::make(test::small_camera(1, stored.tensor.projector_tree())));
   for (int k = 0; k < 10; ++k)  // more than an object header holds
     stored.held_out.push_back(
         {std::to_string(k), Image<float>(Grid{3, 4}, 1, 0.5F), Image<float>(Grid{3, 4}, 1, 0.5F)});

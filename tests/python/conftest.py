@@ -50,6 +50,15 @@ def groove(groove_file):
 
 
 @pytest.fixture(scope="session")
+def fine_file(folder, command):
+    """A scene of a camera with 4.75 pixels along the side of a cell."""
+    rig, path = "sim:gummy?size=16x16&fine=4&camera=76x76&turn=1.5&zoom=0.784", folder / "fine.h5"
+    command("calibrate", "--rig", rig, "-o", folder / "fine-registration.h5")
+    command("capture", "--rig", rig, "--registration", folder / "fine-registration.h5", "-o", path)
+    return path
+
+
+@pytest.fixture(scope="session")
 def colour():
     return symrig.capture(COLOUR, polish=0)
 

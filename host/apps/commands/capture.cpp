@@ -34,7 +34,7 @@ struct CaptureArguments {
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
-  bool dual_subtract = false, check_axis = false, unchecked = false, watch = false;
+  bool dual_subtract = false, check_axis = false, unchecked = false, watch = false, cells = false;
   std::optional<int> port;
   LogOptions log;
 };
@@ -112,6 +112,11 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
   for (const std::string& line : repair_lines(summary.trouble)) text += line + "\n";
+  if (summary.camera) {
+    const CameraFacts& camera = *summary.camera;
+    text += fmt::format("on the camera's own pixels: {}, {}, fitted in {}\n", to_string(camera.grid),
+                        byte_size(static_cast<double>(camera.bytes)), duration(camera.seconds));
+  }
   if (result.undetermined) text += undetermined_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
@@ -158,6 +163,7 @@ CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std
           .memory = memory,
           .json = arguments.json,
           .options = std::move(options),
+          .cells_only = arguments.cells,
           .check_axis = arguments.check_axis,
           .made = made_now,
           .watch = watch};
@@ -331,6 +337,8 @@ Job add_capture(CLI::App& command) {
                   "Most steps of a final refit of all transport to all photographs; 0: none (default: by the "
                   "algorithm)")
       ->type_name("N");
+  command.add_flag("--cells", arguments->cells,
+                   "Leave out the camera's own pixels, of a registered camera with more than the projector");
   add_memory(command, arguments->memory);
   command.add_flag("--watch", arguments->watch,
                    "Serve a page that shows the capture while it runs, and its scene afterwards, until "

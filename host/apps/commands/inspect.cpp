@@ -61,6 +61,13 @@ Result<void> run(const InspectArguments& arguments) {
   SYMRIG_CHECK(write_text(arguments.json, inspection_json(scene)));
   if (is_standard_output(arguments.json)) return {};
   std::string text = size_lines(arguments.scene, scene) + level_table(scene.tensor) + rank_line(scene.tensor);
+  if (scene.camera)
+    text += fmt::format("on the camera's own pixels: {}, {} pixels with {:.3g} coefficients each, {}\n",
+                        to_string(scene.camera->camera_grid()),
+                        grouped(static_cast<double>(scene.camera->rows())),
+                        static_cast<double>(scene.camera->coefficients()) /
+                            static_cast<double>(std::max<std::int64_t>(scene.camera->rows(), 1)),
+                        byte_size(static_cast<double>(scene.camera->bytes())));
   for (const HeldOut& one : scene.held_out) text += fmt::format("held-out photograph: {}\n", one.name);
   return print(text);
 }

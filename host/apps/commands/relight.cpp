@@ -31,7 +31,7 @@ struct RelightArguments {
   std::string views, from_view, to_view, mosaic;  // "" if not given
   std::string format = "exr";                     // of many pictures
   std::optional<double> exposure;
-  bool resume = false;
+  bool resume = false, cells = false;
 };
 
 Result<std::optional<View>> view_of(const char* option, const std::string& text) {
@@ -60,8 +60,15 @@ Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTens
   return ViewRelight{views, from, to};
 }
 
-/// The tensor as the options ask for it.
+/// The tensor as the options ask for it. Single views, and colours of a mosaic, are known on the cells.
 Result<Relighter> relighter_of(const RelightArguments& arguments, const OpenedScene& opened) {
+  const bool of_cells = arguments.cells || !arguments.from_view.empty() || !arguments.to_view.empty() ||
+                        !arguments.mosaic.empty();
+  if (opened.scene.camera && !of_cells) return Relighter::begin(opened.scene.camera);
+  if (opened.scene.camera_left_out && !of_cells)
+    print_error("relight",
+                "warning: pictures have the projector's cells; `symrig relight`, in one process, "
+                "gives the camera's pixels");
   RelightOptions options;
   SYMRIG_TRY(options.views, asked(arguments, opened.scene.tensor));
   if (!arguments.mosaic.empty()) {
@@ -158,8 +165,8 @@ Result<void> check_lights(const CLI::App& command, const RelightArguments& argum
 }
 
 /// What the pictures of many lights depend on beside scene and lights.
-std::string request_text(const RelightArguments& arguments) {
-  std::string text = "format " + arguments.format;
+std::string request_text(const RelightArguments& arguments, Grid picture) {
+  std::string text = fmt::format("format {}, pictures {}", arguments.format, to_string(picture));
   const auto add = [&text](const char* option, const std::string& value) {
     if (!value.empty()) text += fmt::format(", {} {}", option, value);
   };
@@ -182,7 +189,7 @@ Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& op
                         .suffix = "." + arguments.format,
                         .exposure = arguments.exposure,
                         .resume = arguments.resume,
-                        .asked = request_text(arguments)};
+                        .asked = request_text(arguments, relighter.picture_grid())};
   // A film states nothing. To hash a large scene takes as long as to apply it.
   if (!film) {
     SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
@@ -300,6 +307,8 @@ Job add(CLI::App& command, bool dual, const char* footer, OpenScene open) {
                  "with --lights, those of the flood-lit scene)")
       ->type_name("X");
   if (!dual) {
+    command.add_flag("--cells", arguments->cells,
+                     "Pictures on the projector's cells, also where the scene has the camera's own pixels");
     add_views(command, *arguments);
     takes_words(
         command
@@ -331,6 +340,8 @@ Job add_relight_of(CLI::App& command, OpenScene open) {
       "\n"
       "The light has the projector's grid. The result has the camera's grid, in radiance per unit of "
       "projector light.\n"
+      "A scene of a camera with more pixels than the projector has both: the camera's own pixels, and with\n"
+      "--cells, --from-view, --to-view or --mosaic the projector's grid.\n"
       "Of a film, luma is the light: white of its range is 1. --lights is the fast way for many lights.\n",
       std::move(open));
 }

@@ -63,6 +63,7 @@ CaptureJob job_of(const std::string& output, const py::dict& options) {
                   .off = !flag(options, "log")},
           .memory = given<std::int64_t>(options, "memory").value_or(0),
           .options = options_of(options),
+          .cells_only = flag(options, "cells"),
           .check_axis = flag(options, "check_axis"),
           .made = made_in_python};
 }
@@ -105,8 +106,7 @@ py::tuple run(CaptureJob job, const py::dict& options, RigInUse& rig, py::object
   const SharedPage page = page_of(options, rig.opened, job.output);
   CaptureOutcome outcome = rig.caller->run([&] { return run_on_page(job, rig, page.get()); });
   for (const std::string& text : capture_warnings(outcome.summary, outcome.result)) warn(text);
-  const auto scene = std::make_shared<StoredScene>(StoredScene{
-      std::move(outcome.result.tensor), std::move(outcome.json), std::move(outcome.result.held_out)});
+  const auto scene = std::make_shared<StoredScene>(std::move(outcome).scene());
   return py::make_tuple(scene, page);
 }
 

@@ -8,8 +8,10 @@
 #include "symrig/base/time.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/job/evaluation.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"
+#include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/transport_operator.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -116,6 +118,35 @@ py::array dense(const StoredScene& scene, double most_bytes) {
       for (py::ssize_t i = 0; i < channels * rows; ++i) to[i * cols + first + k] = columns[k].values()[i];
   }
   return matrix;
+}
+
+/// Copied from the scene's pointer: Python keeps the rows as long as it uses them.
+std::shared_ptr<CameraTransport> camera_of(const StoredScene& scene) {
+  return std::const_pointer_cast<CameraTransport>(scene.camera);
+}
+
+py::array_t<float> apply_camera(const CameraTransport& camera, const FloatArray& light) {
+  const Image<float> pattern = image_of(light, "the light");
+  return array_of(unlocked([&] { return camera.apply(pattern); }));
+}
+
+py::array apply_camera_batch(const CameraTransport& camera, const FloatArray& lights) {
+  const std::vector<Image<float>> patterns = images_of(lights, "the lights");
+  return array_of(unlocked([&] { return camera.apply_batch(patterns); }));
+}
+
+py::array_t<float> adjoint_camera(const CameraTransport& camera, const FloatArray& picture) {
+  const Image<float> seen = image_of(picture, "the picture");
+  return array_of(unlocked([&] { return camera.adjoint(seen); }));
+}
+
+/// With colours, where the camera has a mosaic.
+py::array relight_camera(const std::shared_ptr<CameraTransport>& camera, const FloatArray& lights) {
+  const std::vector<Image<float>> patterns = images_of(lights, "the lights");
+  return array_of(unlocked([&]() -> Result<std::vector<Image<float>>> {
+    SYMRIG_TRY(const Relighter relighter, Relighter::begin(camera));
+    return relighter.relight_batch(patterns);
+  }));
 }
 
 py::list levels(const StoredScene& scene) {
@@ -244,7 +275,20 @@ void bind_scene(py::module_& module) {
       .def("report", report_page)
       .def("stopped_at", [](const StoredScene& s,
                             int level) { return std::const_pointer_cast<StoredScene>(stopped(s, level)); })
+      .def_property_readonly("camera", camera_of)
       .def("save", save);
+  py::class_<CameraTransport, std::shared_ptr<CameraTransport>>(module, "CameraTransport")
+      .def_property_readonly("camera_grid",
+                             [](const CameraTransport& c) { return to_python(c.camera_grid()); })
+      .def_property_readonly("projector_grid",
+                             [](const CameraTransport& c) { return to_python(c.projector_grid()); })
+      .def_property_readonly("channels", [](const CameraTransport& c) { return c.channels(); })
+      .def_property_readonly("mosaic", [](const CameraTransport& c) { return c.parts().mosaic; })
+      .def_property_readonly("bytes", [](const CameraTransport& c) { return c.bytes(); })
+      .def("apply", apply_camera)
+      .def("apply_batch", apply_camera_batch)
+      .def("adjoint", adjoint_camera)
+      .def("relight", relight_camera);
   module.def("load", [](const std::string& path, std::int64_t memory) {
     return std::const_pointer_cast<StoredScene>(load(path, memory));
   });

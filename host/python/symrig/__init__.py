@@ -15,12 +15,13 @@ from ._display import Picture, png, show
 from ._errors import DeviceError, Error, InputError, Interrupted, LimitError, UsageError
 from ._pictures import gray, light, light_names, read_image, write_image
 from ._probe import Probe, Radiance
-from ._scene import Estimate, HeldOut, HeldOutError, Level, Scene, load
+from ._scene import Camera, Estimate, HeldOut, HeldOutError, Level, Scene, load
 from ._symrig import NoiseModel
 from ._symrig import version as __version__
 
 __all__ = [
     "Board",
+    "Camera",
     "DeviceError",
     "Error",
     "Estimate",

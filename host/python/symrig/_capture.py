@@ -136,6 +136,7 @@ def capture(
     log: bool = True,
     resume: bool = False,
     keep_log: bool = False,
+    cells: bool = False,
     progress: Optional[ProgressCallback] = None,
     watch: Union[bool, int] = False,
     memory: Optional[int] = None,
@@ -160,6 +161,8 @@ def capture(
         log: keep the photographs in OUTPUT.log until OUTPUT is complete.
         resume: continue an interrupted capture from its log, if there is one.
         keep_log: do not delete the log at the end.
+        cells: leave out the camera's own pixels (Scene.camera). They need a registered camera with more pixels than
+            the projector has cells, an output and its log.
         progress: called with a Progress after each photograph, or the few that a rig takes together, and after each
             step of computing work, until the scene is written. If it returns False, the capture stops there.
         watch: serve the page of `symrig capture --watch`: True at a free port of 127.0.0.1, or the number of a port.
@@ -193,6 +196,7 @@ def capture(
         log=log,
         resume=resume,
         keep_log=keep_log,
+        cells=cells,
         watch=watch,
     )
     path = "" if output is None else os.fspath(output)

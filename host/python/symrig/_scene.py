@@ -242,6 +242,12 @@ class Scene(_Pictures):
         """The photograph under white light."""
         return self @ np.ones(self.in_shape, np.float32)
 
+    @property
+    def camera(self) -> Optional["Camera"]:
+        """T on the camera's own pixels; None if the file has none (docs/python.md)."""
+        stored = self._stored.camera
+        return None if stored is None else Camera(stored)
+
     # ---- what is known of it ----
 
     @property
@@ -394,7 +400,7 @@ class Dual(_Pictures):
     it is the dual picture; for colour see Scene.dual().
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Union[Scene, "Camera"]) -> None:
         self._scene = scene
         super().__init__(scene.out_shape, scene.in_shape)
 
@@ -406,17 +412,97 @@ class Dual(_Pictures):
             return self._scene._many(pictures)  # T = Tᵀ, and a batch reads T once for 16 pictures
         return super()._many(pictures)
 
-    def _transpose(self) -> Scene:
+    def _transpose(self) -> Union[Scene, "Camera"]:
         return self._scene
 
     _adjoint = _transpose
 
     @property
-    def T(self) -> Scene:
+    def T(self) -> Union[Scene, "Camera"]:
         """The scene itself."""
         return self._scene
 
     H = T
+
+
+class Camera(_Pictures):
+    """T on the pixels of a camera that has more of them than the projector has cells: photograph = camera @ light.
+
+    It takes what a Scene takes. Pixels that look beside the projector's picture are 0. Of a camera with a colour
+    mosaic, each pixel has light in the channel of its own filter, and relight() fills in the others.
+
+    Error of a pixel: its coefficients have 8 bits, and 16 where these would be too coarse (docs/file-format.md).
+    """
+
+    takes_light = True
+    symmetric = False
+
+    def __init__(self, stored: _symrig.CameraTransport) -> None:
+        self._stored = stored
+        camera, channels = stored.camera_grid, stored.channels
+        super().__init__(stored.projector_grid, camera if channels == 1 else (*camera, channels))
+
+    def _one(self, picture: NDArray[Any]) -> FloatArray:
+        return self._stored.apply(picture)
+
+    def _many(self, pictures: NDArray[Any]) -> NDArray[Any]:
+        return self._stored.apply_batch(pictures)
+
+    def _transpose(self) -> "Dual":
+        return Dual(self)
+
+    _adjoint = _transpose
+
+    @property
+    def T(self) -> "Dual":
+        """The transpose: pictures of the camera → pictures of the projector."""
+        return Dual(self)
+
+    H = T
+
+    def relight(self, lights: ArrayLike) -> FloatArray:
+        """The photograph under a light (rows, cols), or photographs under several (rows, cols, count).
+
+        Of a camera with a colour mosaic it has all three colours of each pixel: those that the pixel does not see
+        have the ratio to its own colour that they have in the flood-lit scene around it.
+        """
+        array = np.asarray(lights)
+        _refuse_codes(array)
+        if array.shape == self.in_shape:
+            photograph: FloatArray = self._stored.relight(array[np.newaxis])[0]
+            return photograph
+        if array.ndim != 3 or array.shape[:2] != self.in_shape:
+            raise _mismatch(array.shape, f"a light {self.in_shape}, or lights {(*self.in_shape, 'count')}")
+        return np.moveaxis(self._stored.relight(np.moveaxis(array, -1, 0)), 0, -1)
+
+    @property
+    def light_shape(self) -> Grid:
+        """(rows, cols) of a light."""
+        return self._stored.projector_grid
+
+    @property
+    def photo_shape(self) -> Tuple[int, ...]:
+        """(rows, cols) of a photograph, or (rows, cols, channels)."""
+        return self.out_shape
+
+    @property
+    def channels(self) -> int:
+        """Channels of a photograph."""
+        return self._stored.channels
+
+    @property
+    def mosaic(self) -> str:
+        """The colour filters of 2 x 2 pixels, such as "RGGB"; "" if each pixel sees all channels."""
+        return self._stored.mosaic
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes in memory."""
+        return self._stored.bytes
+
+    def __repr__(self) -> str:
+        light, photo = ("x".join(map(str, shape)) for shape in (self.light_shape, self._stored.camera_grid))
+        return f"<symrig.Camera: light {light} -> photograph {photo}, {self.nbytes / 1e6:.3g} MB>"
 
 
 class Channel(_Pictures):

@@ -110,7 +110,8 @@ constexpr std::array kCaptureKeys{
     CaptureKey{"unchecked", kSwitch<&CaptureOptions::unchecked>},
     CaptureKey{"log", &take_log},
     CaptureKey{"resume", kSwitch<&LogOptions::resume>},
-    CaptureKey{"keep_log", kSwitch<&LogOptions::keep>}};
+    CaptureKey{"keep_log", kSwitch<&LogOptions::keep>},
+    CaptureKey{"cells", kSwitch<&CaptureJob::cells_only>}};
 
 const CaptureKey* capture_key(std::string_view name) {
   const auto* const found = std::find_if(kCaptureKeys.begin(), kCaptureKeys.end(),
@@ -182,8 +183,7 @@ Result<CaptureJob> capture_job(const symrig_rig& rig, const char* output, const 
 Result<StoredScene> capture_now(symrig_rig& rig, CaptureJob job, Progress progress) {
   job.options.progress = std::move(progress);
   SYMRIG_TRY(CaptureOutcome outcome, run_job(job, rig.opened));
-  return StoredScene{std::move(outcome.result.tensor), std::move(outcome.json),
-                     std::move(outcome.result.held_out)};
+  return std::move(outcome).scene();
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
+#include "symrig/calibration/camera_fit.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -159,7 +160,7 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
 }
 
 Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progress& progress) {
-  StoredScene scene{outcome.result.tensor, outcome.json, std::move(outcome.result.held_out)};
+  StoredScene scene{outcome.result.tensor, outcome.json, std::move(outcome.result.held_out), outcome.camera};
   const Work work(progress);
   Result<void> saved = stoppable(work, [&]() -> Result<void> {
     work.begin("writing the scene", 0, outcome.result.patterns);
@@ -169,12 +170,65 @@ Result<void> save(const std::string& path, CaptureOutcome& outcome, const Progre
   return saved;
 }
 
+std::string mebibytes(std::int64_t bytes) {
+  return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
+}
+
+/// Why T on the camera's own pixels cannot be fitted; "": it can.
+std::string no_camera_fit(const OpenedRig& rig, const CaptureResult& result, const PhotographLog* log,
+                          std::int64_t memory) {
+  const RegisteredProbe& registered = *rig.registered;
+  if (log == nullptr) return "without a log, nothing keeps the camera's photographs";
+  if (registered.registered_again() > 0) return "the rig moved and was registered again";
+  if (log->camera_grid() == log->grid()) return "the log keeps photographs on the cells";
+  if (!result.tensor.symmetric()) return "T was measured without symmetry";
+  const Registration& registration = *registered.registration();
+  if (rig.rig != nullptr && rig.rig->mosaic() != Mosaic::none && !registered.mosaic())
+    return "each pixel sees one colour, and the capture is in grey; set capture.colour in the rig file";
+  if (registration.ghost.found) return "the camera sees a ghost of the scene";
+  const std::int64_t bytes = camera_fit_bytes(result.tensor, registration.camera(), log->size());
+  if (bytes > memory)
+    return fmt::format("the fit needs {} of memory, and {} are allowed", mebibytes(bytes), mebibytes(memory));
+  return "";
+}
+
+/// Adds T on the camera's own pixels, if the camera has some.
+Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const PhotographLog* log,
+                            std::int64_t memory, CaptureOutcome& outcome) {
+  const Registration* registration = rig.registered == nullptr ? nullptr : rig.registered->registration();
+  if (job.output.empty() || job.cells_only || registration == nullptr || registration->shift) return {};
+  outcome.summary.camera_missing = no_camera_fit(rig, outcome.result, log, memory);
+  if (!outcome.summary.camera_missing.empty()) return {};
+  const Stopwatch watch;
+  Result<CameraFit> fit = fit_camera(outcome.result.tensor, *registration, *log,
+                                     {.mosaic = rig.registered->mosaic(), .progress = job.options.progress});
+  if (!fit) {
+    Error error = std::move(fit).error();
+    error.what = fmt::format("{} is written, without the camera's own pixels: {}", job.output, error.what);
+    return error;
+  }
+  outcome.camera = std::make_shared<const CameraTransport>(std::move(fit->transport));
+  outcome.summary.camera =
+      CameraFacts{outcome.camera->camera_grid(), outcome.camera->rows(), outcome.camera->coefficients(),
+                  outcome.camera->bytes(), watch.seconds()};
+  return {};
+}
+
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
-                                        OpenedRig& rig, PhotographLog* log) {
+                                        OpenedRig& rig, PhotographLog* log, std::int64_t memory) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
   if (job.accept) SYMRIG_CHECK(job.accept(outcome.result));
-  outcome.json = capture_json(outcome.summary, outcome.result);
-  if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome, job.options.progress));
+  const auto write = [&]() -> Result<void> {
+    outcome.json = capture_json(outcome.summary, outcome.result);
+    return job.output.empty() ? Result<void>() : save(job.output, outcome, job.options.progress);
+  };
+  SYMRIG_CHECK(write());
+  SYMRIG_CHECK(fit_own_pixels(job, rig, log, memory, outcome));
+  if (outcome.camera || !outcome.summary.camera_missing.empty()) {
+    outcome.summary.total_seconds = job.watch.seconds();
+    outcome.summary.peak_memory_bytes = peak_memory();
+    SYMRIG_CHECK(write());
+  }
   if (!job.json.empty()) SYMRIG_CHECK(write_text_output(job.json, outcome.json));
   return outcome;
 }
@@ -202,10 +256,6 @@ std::filesystem::path scratch_folder(const CaptureJob& job) {
 
 constexpr std::int64_t kProgramBytes = std::int64_t{32} << 20;  // code, libraries, a simulated scene
 
-std::string mebibytes(std::int64_t bytes) {
-  return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
-}
-
 Result<void> check_memory(std::int64_t memory, std::int64_t least, const Probe& rig) {
   if (memory >= least) return {};
   return Error{
@@ -220,6 +270,10 @@ Error no_measurement(const char* option, const char* next) {
 }
 
 }  // namespace
+
+StoredScene CaptureOutcome::scene() && {
+  return {std::move(result.tensor), std::move(json), std::move(result.held_out), std::move(camera)};
+}
 
 Result<void> check_budgets(const GivenBudgets& given) {
   if (given.max_patterns == 0) return no_measurement("max_patterns", "give 1 or more");
@@ -242,7 +296,7 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
 std::string scene_to_replace(const CaptureJob& job, const OpenedRig& rig) {
   std::error_code ignored;
   if (job.output.empty() || !std::filesystem::exists(job.output, ignored)) return "";
-  const auto held = load_scene(job.output, {.memory = 1});  // leaves stay in the file
+  const auto held = load_scene(job.output, {.memory = 1, .camera = false});  // leaves stay in the file
   if (!held) return "";
   std::string scene = captured_scene(*held);
   return scene == rig.probe->describe() ? "" : scene;
@@ -297,7 +351,7 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   const LogIdentity identity = identity_of(job, rig, settings, keeping);
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, identity));
   Result<CaptureOutcome> outcome =
-      guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
+      guarded([&] { return measure_and_save(checked, settings, rig, log.log(), memory); });
   // The first photographs of a rig that must be changed are of no use later, nor are those that nothing but a
   // look at the rig can judge: it may be mended before the capture goes on. Those of a whole search stay:
   // only a person can tell what they are worth (--unchecked).

@@ -137,7 +137,7 @@ CaptureJob CapturePage::watched(CaptureJob job, const OpenedRig& rig) const {
 }
 
 void CapturePage::complete(const CaptureOutcome& outcome) const {
-  StoredScene scene{outcome.result.tensor, outcome.json, outcome.result.held_out};
+  StoredScene scene{outcome.result.tensor, outcome.json, outcome.result.held_out, outcome.camera};
   auto truth = true_transport_of(scene);
   served_->scene().complete(std::move(scene), std::move(truth));
 }

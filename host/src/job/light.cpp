@@ -149,6 +149,15 @@ Radiance without_noise(Image<float> mean) {
   return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
 }
 
+/// What the sensor saw: each pixel has light in the channel of its own filter only.
+Image<float> one_channel(Image<float> photograph) {
+  if (photograph.channels() == 1) return photograph;
+  Image<float> sum(photograph.grid());
+  for (int channel = 0; channel < photograph.channels(); ++channel)
+    for (std::size_t i = 0; i < sum.values().size(); ++i) sum.values()[i] += photograph.plane(channel)[i];
+  return sum;
+}
+
 Result<void> check_mosaic(const TransportOperator& tensor, const RelightOptions& options) {
   if (!options.mosaic) return {};
   if (tensor.channels() != 1)
@@ -181,10 +190,27 @@ Result<Relighter> Relighter::begin(std::shared_ptr<const TransportOperator> tens
   return relighter;
 }
 
+Result<Relighter> Relighter::begin(std::shared_ptr<const CameraTransport> camera) {
+  Relighter relighter;
+  relighter.light_grid_ = camera->projector_grid();
+  relighter.picture_grid_ = camera->camera_grid();
+  if (!camera->parts().mosaic.empty()) {
+    SYMRIG_TRY(relighter.options_.mosaic, parse_bayer(camera->parts().mosaic));
+    SYMRIG_TRY(Image<float> flood, camera->apply(Image<float>(camera->projector_grid(), 1, 1.F)));
+    Radiance mosaic = without_noise(one_channel(std::move(flood)));
+    // A pixel without a row has no colour to lend.
+    for (std::size_t i = 0; i < mosaic.valid.values().size(); ++i)
+      mosaic.valid.values()[i] = mosaic.mean.values()[i] > 0 ? 1 : 0;
+    relighter.flood_mosaic_ = std::move(mosaic);
+  }
+  relighter.tensor_ = std::move(camera);
+  return relighter;
+}
+
 Result<Image<float>> Relighter::in_colour(Image<float> photograph) const {
   if (!flood_mosaic_) return photograph;
-  SYMRIG_TRY(Radiance colour,
-             colour_by_flood(without_noise(std::move(photograph)), *flood_mosaic_, *options_.mosaic));
+  SYMRIG_TRY(Radiance colour, colour_by_flood(without_noise(one_channel(std::move(photograph))),
+                                              *flood_mosaic_, *options_.mosaic));
   return std::move(colour.mean);
 }
 

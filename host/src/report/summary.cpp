@@ -126,6 +126,16 @@ Json trouble_json(const RigTrouble& trouble) {
             {"projector", trouble.projectors_reopened}}}};
 }
 
+Json camera_json(const CaptureSummary& summary) {
+  if (!summary.camera) return nullptr;
+  const CameraFacts& camera = *summary.camera;
+  return {{"grid", grid_json(camera.grid)},
+          {"rows", camera.rows},
+          {"coefficients", camera.coefficients},
+          {"bytes", camera.bytes},
+          {"seconds", camera.seconds}};
+}
+
 }  // namespace
 
 std::vector<std::string> rig_warnings(const RigTrouble& trouble) {
@@ -150,6 +160,8 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
     all.push_back(fmt::format(
         "estimated error and uncertainty are above the target of {}; a smaller tolerance may help",
         percent(summary.target_error)));
+  if (!summary.camera_missing.empty())
+    all.push_back("pictures have the projector's cells, not the camera's pixels: " + summary.camera_missing);
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
     all.push_back(
         fmt::format("held-out photographs find {} leaves wrong that could not be split; the estimated errors "
@@ -210,6 +222,8 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
                                      : Json();
   json["tolerance_coarsest"] = result.tolerance > 0 ? Json(result.tolerance) : Json();
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
+  json["camera"] = camera_json(summary);
+  if (!summary.camera_missing.empty()) json["camera_missing"] = summary.camera_missing;
   json["noise"] = summary.noise;
   json["trouble"] = trouble_json(summary.trouble);
   report::add_made(json, summary.made);
@@ -303,6 +317,13 @@ std::string inspection_json(const StoredScene& scene) {
   json["tensor_bytes"] = tensor.bytes();
   json["dense_bytes"] = tensor.dense_bytes();
   json["held_out"] = scene.held_out.size();
+  json["camera"] = nullptr;
+  if (scene.camera)
+    json["camera"] = {{"grid", grid_json(scene.camera->camera_grid())},
+                      {"rows", scene.camera->rows()},
+                      {"coefficients", scene.camera->coefficients()},
+                      {"bytes", scene.camera->bytes()},
+                      {"mosaic", scene.camera->parts().mosaic}};
   json["capture"] = report::CaptureFacts(scene.capture_json).json();
   return json_text(json);
 }

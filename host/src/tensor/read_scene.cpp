@@ -147,7 +147,7 @@ Result<HeldOut> read_held_out(const Object& file, const Head& head, const std::s
   return held;
 }
 
-Result<StoredScene> read_all(const Object& file, const tensor::KeepLeaves& keep) {
+Result<StoredScene> read_all(const Object& file, const tensor::KeepLeaves& keep, bool with_camera) {
   SYMRIG_TRY(const Head head, read_head(file));
   SYMRIG_TRY(std::string capture, h5::read_text(file, "capture"));
   if (const auto shallow = check_json_nesting(capture); !shallow)
@@ -164,14 +164,22 @@ Result<StoredScene> read_all(const Object& file, const tensor::KeepLeaves& keep)
     SYMRIG_TRY(HeldOut one_of, read_held_out(file, head, "held_out/" + std::to_string(k)));
     held_out.push_back(std::move(one_of));
   }
-  return StoredScene{std::move(builder).finish(), std::move(capture), std::move(held_out)};
+  StoredScene scene{std::move(builder).finish(), std::move(capture), std::move(held_out)};
+  if (with_camera) {
+    SYMRIG_TRY(scene.camera, tensor::read_camera(file, head, projector));
+  } else {
+    SYMRIG_TRY(scene.camera_left_out, h5::exists(file, tensor::kCameraGroup));
+  }
+  return scene;
 }
 
 }  // namespace
 
 Result<StoredScene> load_scene(const fs::path& path, const LoadOptions& options) {
   const std::int64_t memory = options.memory > 0 ? options.memory : usual_memory();
-  return h5::read_file(path, kScene, [&](const Object& file) { return read_all(file, {memory, path}); });
+  return h5::read_file(path, kScene, [&](const Object& file) {
+    return read_all(file, {memory, path}, options.camera);
+  });
 }
 
 }  // namespace symrig

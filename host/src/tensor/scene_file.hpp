@@ -2,21 +2,24 @@
 // Shared by writing and reading of scene.h5.
 #pragma once
 
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/block_tree.hpp"
+#include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 #include "tensor/h5_file.hpp"
 #include "tensor/h5_write.hpp"
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 
 namespace symrig::tensor {
 
 constexpr std::int32_t kVersionMajor = 2;  ///< version 1 can also be read
-constexpr std::int32_t kVersionMinor = 0;
+constexpr std::int32_t kVersionMinor = 1;
 
 /// Writes the tree of one side ("camera" or "projector"): dataset <side>_order, and for a grid of several
 /// views the attributes <side>_views, <side>_split and, unless flat, the dataset <side>_boundaries.
@@ -57,6 +60,14 @@ struct Head {
 /// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or
 /// there is one more).
 Result<std::int32_t> read_count(const Object& file, const char* attribute, const std::string& groups);
+
+/// The group `camera`: T on the camera's own pixels.
+bool write_camera(hid_t file, const CameraTransport& camera, const Work& work);
+constexpr const char* kCameraGroup = "camera";
+/// The inverse. nullptr: the file has no such group. cells: the tree of the projector.
+/// fails: bad_format, bad_value.
+Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, const Head& head,
+                                                           const BlockTree& cells);
 
 /// Where the factors of leaves are kept.
 struct KeepLeaves {

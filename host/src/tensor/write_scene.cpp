@@ -197,7 +197,8 @@ bool write_all(hid_t file, const StoredScene& scene, const Work& work, Result<vo
          tensor::write_tree(file, "projector", t.projector_tree()) &&
          write_leaves(leaves.id(), t, work, read) && write_empties(leaves.id(), t) &&
          write_scalars(diagonal.id(), scalars.id(), t) && write_columns(columns.id(), t) &&
-         write_bands(bands.id(), t) && write_held_out(held_out.id(), scene.held_out, work);
+         write_bands(bands.id(), t) && write_held_out(held_out.id(), scene.held_out, work) &&
+         (!scene.camera || tensor::write_camera(file, *scene.camera, work));
 }
 
 }  // namespace

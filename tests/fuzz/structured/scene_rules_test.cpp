@@ -7,8 +7,10 @@
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/tensor/file.hpp"
 #include "unit/tensor/random_tensor.hpp"
+#include "unit/tensor/small_camera.hpp"
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -100,6 +102,8 @@ class SceneRules : public testing::Test {
     StoredScene scene;
     scene.tensor = std::move(builder).finish();
     scene.held_out.push_back({"pair", Image<float>(Grid{4, 4}, 1, 1.F), Image<float>(Grid{4, 4}, 1, 3.F)});
+    scene.camera = std::make_shared<const CameraTransport>(
+        *CameraTransport::make(test::small_camera(1, scene.tensor.projector_tree())));
     ASSERT_TRUE(save_scene(file_, scene).ok());
     const auto read = load_scene(file_);
     ASSERT_TRUE(read.ok()) << read.error().line();
@@ -177,6 +181,39 @@ TEST_F(SceneRules, a_capture_record_that_nests_too_deep) {
   expect_refused("'capture'");
 }
 
+TEST_F(SceneRules, a_basis_of_the_camera_beyond_the_cells) {
+  OpenScene(file_).set("camera/bases", 1, std::int32_t{17});
+  expect_refused("'camera'");
+}
+TEST_F(SceneRules, a_rank_of_the_camera_that_is_impossible) {
+  OpenScene(file_).set("camera/bases", 2, std::int32_t{-1});
+  expect_refused("'camera/bases'");
+}
+TEST_F(SceneRules, more_codes_of_the_camera_than_there_are) {
+  OpenScene(file_).set("camera/groups", 2, std::numeric_limits<std::int32_t>::max());
+  expect_refused("the number of codes");
+}
+TEST_F(SceneRules, a_pixel_of_the_camera_twice) {
+  OpenScene(file_).set("camera/pixels", 1, std::int32_t{13});
+  expect_refused("named twice");
+}
+TEST_F(SceneRules, a_pixel_beyond_the_camera) {
+  OpenScene(file_).set("camera/pixels", 1, std::int32_t{15});
+  expect_refused("the number of a pixel");
+}
+TEST_F(SceneRules, a_column_of_the_camera_that_is_not_there) {
+  OpenScene(file_).set("camera/columns", 2, std::int32_t{-17});
+  expect_refused("the number of a column");
+}
+TEST_F(SceneRules, a_coefficient_of_the_camera_that_no_scene_has) {
+  OpenScene(file_).set("camera/steps", 2, 0x1p100F);
+  expect_refused("the size of a coefficient");
+}
+TEST_F(SceneRules, a_brightness_that_is_not_finite) {
+  OpenScene(file_).set("camera/brightness", 2, std::numeric_limits<float>::quiet_NaN());
+  expect_refused("the brightness");
+}
+
 // f.attrs['format'] = 'symrig-scene' of h5py, and what other writers do.
 TEST_F(SceneRules, texts_may_be_of_any_length_type_and_padding) {
   for (const H5T_cset_t letters : {H5T_CSET_ASCII, H5T_CSET_UTF8}) {
@@ -215,7 +252,7 @@ TEST_P(CapturedScenes, are_read_again) {
     options.unchecked = std::string_view(rig).find("misalign") != std::string_view::npos;
     auto captured = capture(**probe, options);
     ASSERT_TRUE(captured.ok()) << captured.error().line();
-    ASSERT_TRUE(save_scene(folder / "scene.h5", {captured->tensor, "{}", captured->held_out}).ok());
+    ASSERT_TRUE(save_scene(folder / "scene.h5", {captured->tensor, "{}", captured->held_out, {}}).ok());
     const auto read = load_scene(folder / "scene.h5");
     EXPECT_TRUE(read.ok()) << read.error().line();
   }

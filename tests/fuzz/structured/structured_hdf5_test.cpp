@@ -10,12 +10,14 @@
 #include "tensor/h5_file.hpp"
 #include "unit/calibration/small_registration.hpp"
 #include "unit/tensor/random_tensor.hpp"
+#include "unit/tensor/small_camera.hpp"
 
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -57,14 +59,18 @@ void read_everything(const h5::Object& object, int depth) {
     if (const auto found = object.find((*names)[k]); found && *found) read_everything(**found, depth + 1);
 }
 
-StoredScene small_scene() {
+/// A command may refuse pictures of two channels, and matrices of more than one, for what they are.
+StoredScene small_scene(int channels) {
   StoredScene scene;
-  scene.tensor = tests::RandomTensor({5, 6}, {}, true, 2, 3, 0.1).with_band(true).make(2, 2, 12).tensor;
+  scene.tensor =
+      tests::RandomTensor({5, 6}, {}, true, channels, 3, 0.1).with_band(true).make(2, 2, 12).tensor;
   for (int k = 0; k < 10; ++k) {
     HeldOut held{"pair " + std::to_string(k), Image<float>(scene.tensor.projector_grid(), 1, 0.5F), {}};
     held.photograph = *scene.tensor.apply(held.pattern);
     scene.held_out.push_back(std::move(held));
   }
+  scene.camera = std::make_shared<const CameraTransport>(
+      *CameraTransport::make(test::small_camera(channels, scene.tensor.projector_tree())));
   return scene;
 }
 
@@ -88,7 +94,9 @@ class StructuredHdf5 : public testing::Test {
     const auto scene = load_scene(file_);
     expect_one_line(scene);
     if (scene.ok()) {
-      EXPECT_TRUE(scene->tensor.apply(Image<float>(scene->tensor.projector_grid(), 1, 1.0F)).ok());
+      const Image<float> white(scene->tensor.projector_grid(), 1, 1.0F);
+      EXPECT_TRUE(scene->tensor.apply(white).ok());
+      EXPECT_TRUE(!scene->camera || scene->camera->apply(white).ok());
     }
     return scene.ok();
   }
@@ -108,7 +116,7 @@ class StructuredHdf5 : public testing::Test {
 
 TEST_F(StructuredHdf5, scenes_are_refused_in_one_line_or_read) {
   const fs::path original = folder_ / "whole.h5";
-  ASSERT_TRUE(save_scene(original, small_scene()).ok());
+  ASSERT_TRUE(save_scene(original, small_scene(2)).ok());
   for (const Hdf5File& whole : {whole_file(original), in_older_layout(original, folder_.folder())}) {
     write(whole.changed({}));
     ASSERT_TRUE(read_scene());
@@ -170,7 +178,7 @@ void expect_done_or_refused(const fs::path& folder, std::string arguments) {
 TEST_F(StructuredHdf5, commands_refuse_in_one_line_or_work) {
   const bool all = std::getenv("SYMRIG_LONG") != nullptr;
   const fs::path original = folder_ / "whole.h5";
-  ASSERT_TRUE(save_scene(original, small_scene()).ok());
+  ASSERT_TRUE(save_scene(original, small_scene(1)).ok());
   std::vector<Hdf5File> whole = matrix_files(folder_.folder());
   whole.push_back(whole_file(original));
   whole.push_back(in_older_layout(original, folder_.folder()));

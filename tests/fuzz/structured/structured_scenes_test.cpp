@@ -10,9 +10,11 @@
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_operator.hpp"
 #include "unit/tensor/random_tensor.hpp"
+#include "unit/tensor/small_camera.hpp"
 
 #include <cmath>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -63,6 +65,8 @@ StoredScene scene_of(TransportTensor tensor) {
     held.photograph = *scene.tensor.apply(held.pattern);
     scene.held_out.push_back(std::move(held));
   }
+  scene.camera = std::make_shared<const CameraTransport>(
+      *CameraTransport::make(test::small_camera(scene.tensor.channels(), scene.tensor.projector_tree())));
   return scene;
 }
 
@@ -195,7 +199,19 @@ void relight_views(const TransportTensor& tensor) {
   EXPECT_TRUE(relight(tensor, Image<float>(*grid, 1, 1.0F), what).ok());
 }
 
+/// `symrig relight`, and the gradients of the Python module.
+void use_camera(const CameraTransport& camera, Random& random) {
+  const Image<float> light = random_light(camera.projector_grid(), random);
+  const auto photograph = camera.apply(light);
+  ASSERT_TRUE(photograph.ok());
+  expect_finite(*photograph, "a photograph on camera pixels");
+  const std::vector<Image<float>> lights(3, light);
+  ASSERT_TRUE(camera.apply_batch(lights).ok());
+  ASSERT_TRUE(camera.adjoint(*photograph).ok());
+}
+
 void use_as_commands_do(const StoredScene& scene, Random& random) {
+  if (scene.camera) use_camera(*scene.camera, random);
   EXPECT_FALSE(inspection_json(scene).empty());
   captured_scene(scene);
   for (const HeldOut& held : scene.held_out) ASSERT_TRUE(held_out_error(scene.tensor, held).ok());

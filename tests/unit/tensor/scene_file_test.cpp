@@ -2,11 +2,13 @@
 #include "full_disk.hpp"
 #include "symrig/tensor/file.hpp"
 #include "unit/tensor/random_tensor.hpp"
+#include "unit/tensor/small_camera.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <memory>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -40,6 +42,9 @@ class SceneFile : public testing::Test {
     held.pattern.values()[1] = 1;
     held.photograph.values()[2] = 0.5F;
     scene.held_out.push_back(held);
+    auto camera = test::small_camera(3, scene.tensor.projector_tree());
+    camera.mosaic = "GRBG";
+    scene.camera = std::make_shared<const CameraTransport>(*CameraTransport::make(std::move(camera)));
     return scene;
   }
   static std::string bytes_of(const fs::path& file) {
@@ -48,6 +53,29 @@ class SceneFile : public testing::Test {
   }
   static void write(const fs::path& file, const std::string& bytes) {
     std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  static void expect_same(const CameraTransport::Parts& a, const CameraTransport::Parts& b) {
+    EXPECT_TRUE(std::ranges::equal(a.cells.order(), b.cells.order()));
+    EXPECT_EQ(a.camera, b.camera);
+    EXPECT_EQ(a.mosaic, b.mosaic);
+    ASSERT_EQ(a.bases.size(), b.bases.size());
+    for (std::size_t k = 0; k < a.bases.size(); ++k) {
+      EXPECT_EQ(a.bases[k].end, b.bases[k].end);
+      EXPECT_EQ(a.bases[k].first, b.bases[k].first);
+    }
+    EXPECT_EQ(a.basis_values, b.basis_values);
+    ASSERT_EQ(a.groups.size(), b.groups.size());
+    for (std::size_t k = 0; k < a.groups.size(); ++k) {
+      EXPECT_EQ(a.groups[k].channel, b.groups[k].channel);
+      EXPECT_EQ(a.groups[k].columns, b.groups[k].columns);
+      EXPECT_EQ(a.groups[k].pixels, b.groups[k].pixels);
+    }
+    EXPECT_EQ(a.columns, b.columns);
+    EXPECT_EQ(a.middles, b.middles);
+    EXPECT_EQ(a.steps, b.steps);
+    EXPECT_EQ(a.pixels, b.pixels);
+    EXPECT_EQ(a.brightness, b.brightness);
+    EXPECT_EQ(a.codes, b.codes);
   }
   static void expect_same(const StoredScene& a, const StoredScene& b) {
     EXPECT_EQ(a.capture_json, b.capture_json);
@@ -61,6 +89,8 @@ class SceneFile : public testing::Test {
       EXPECT_EQ(a.tensor.bands()[k].values, b.tensor.bands()[k].values);
     EXPECT_TRUE(std::ranges::equal(a.tensor.column_rows(), b.tensor.column_rows()));
     EXPECT_EQ(a.tensor.leaves().size(), b.tensor.leaves().size());
+    ASSERT_EQ(a.camera == nullptr, b.camera == nullptr);
+    if (a.camera) expect_same(a.camera->parts(), b.camera->parts());
     ASSERT_EQ(a.held_out.size(), b.held_out.size());
     for (std::size_t k = 0; k < a.held_out.size(); ++k) {
       EXPECT_EQ(a.held_out[k].name, b.held_out[k].name);

@@ -34,7 +34,6 @@ struct CameraFit {
   /// Of each pixel and channel: Σ (photograph − fit)² / variance over its photographs, divided by their
   /// number. 0 where nothing was fitted.
   Image<float> chi_square;
-  double unknowns = 0;  ///< mean number of a pixel and channel
 };
 
 /// Fits the row of T that belongs to each pixel of a camera that is finer than the cells.
@@ -46,5 +45,8 @@ struct CameraFit {
 /// of the flood-lit scene); interrupted; as the log.
 Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
                              const PhotographLog& photographs, const CameraFitOptions& options = {});
+
+/// Bytes that fit_camera() needs, its result included: about.
+std::int64_t camera_fit_bytes(const TransportTensor& tensor, Grid camera, std::int64_t photographs);
 
 }  // namespace symrig

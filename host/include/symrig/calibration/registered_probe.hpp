@@ -49,6 +49,9 @@ class RegisteredProbe final : public Probe {
   std::string identity() const override;
 
   const CellWeights& weights() const { return weights_; }
+  /// What make() was given; nullptr if the probe was not made by it.
+  const Registration* registration() const { return registration_.get(); }
+  const std::optional<BayerPattern>& mosaic() const { return mosaic_; }
 
   /// The rig with its own photographs: what measure() takes before it puts them on the cells. Its
   /// expectations are of the cells.
@@ -113,6 +116,7 @@ class RegisteredProbe final : public Probe {
   std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
   Camera camera_{*this, rig_};
+  std::shared_ptr<const Registration> registration_ = {};
   std::shared_ptr<const Image<float>> steps_ = {};
   std::optional<BayerPattern> mosaic_ = {};
   CellWeights weights_;

@@ -79,6 +79,7 @@ struct CaptureJob {
   std::int64_t memory = 0;
   std::string json = {};            ///< file of the capture's facts (capture_json); empty: none
   CaptureOptions options = {};      ///< its member `log` is set by the job
+  bool cells_only = false;          ///< leave out the camera's own pixels
   bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
   std::function<Made()> made = {};  ///< date, version and command; empty: not recorded
   SeePhotographs see = {};          ///< may be empty
@@ -92,7 +93,11 @@ struct CaptureJob {
 struct CaptureOutcome {
   CaptureSummary summary;
   CaptureResult result;
-  std::string json;  ///< capture_json of both
+  std::string json;                                    ///< capture_json of both
+  std::shared_ptr<const CameraTransport> camera = {};  ///< T on the camera's own pixels, or none
+
+  /// What the scene file has.
+  StoredScene scene() &&;
 };
 
 /// Budgets as a person gives them: none means no limit.
@@ -128,7 +133,9 @@ std::int64_t least_memory(Grid grid, int channels);
 std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int channels);
 
 /// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the
-/// photographs.
+/// photographs. Of a registered camera with more pixels than the projector has cells, the scene on the cells
+/// is complete first. Then T on the camera's pixels is fitted to the photographs in the log, and the scene is
+/// written again with it. If that fails or is stopped, the first scene and the log stay.
 /// fails: as check_job; limit (CaptureJob::memory is less than least_memory); io (no space for scratch
 /// files); as capture, create_photograph_log, open_photograph_log, save_scene and
 /// RegisteredProbe::check_motion. The error says if a log keeps photographs.

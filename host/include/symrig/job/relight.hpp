@@ -8,6 +8,7 @@
 #include "symrig/image/grid.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/y4m.hpp"
+#include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/transport_operator.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -83,6 +84,8 @@ class Relighter {
   static Result<Relighter> begin(std::shared_ptr<const TransportOperator> tensor,
                                  const RelightOptions& options);
   static Result<Relighter> begin(TransportTensor tensor, const RelightOptions& options);
+  /// Pictures on the camera's own pixels, with their colours if it has a mosaic. fails: unknown_name.
+  static Result<Relighter> begin(std::shared_ptr<const CameraTransport> camera);
 
   Grid light_grid() const { return light_grid_; }
   Grid picture_grid() const { return picture_grid_; }

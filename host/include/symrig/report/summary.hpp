@@ -10,6 +10,7 @@
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,15 @@ struct NodeCounts {
 /// source: [Garg06 Fig. 9]
 std::vector<NodeCounts> node_counts(const TransportTensor& tensor);
 
+/// T on the camera's own pixels, as a capture made it.
+struct CameraFacts {
+  Grid grid;
+  std::int64_t rows = 0;          ///< pixels that have one; each channel counts
+  std::int64_t coefficients = 0;  ///< of all rows
+  std::int64_t bytes = 0;
+  double seconds = 0;  ///< that the fit took on the host
+};
+
 /// The facts of `symrig capture --json` beside the tensor. Times are seconds on the host, unless stated.
 struct CaptureSummary {
   std::string scene = {};  ///< the rig and its scene: Probe::describe()
@@ -65,6 +75,9 @@ struct CaptureSummary {
   std::int64_t peak_memory_bytes = 0;  ///< largest resident size of the process so far
   std::int64_t replayed = 0;           ///< photographs from the log of an interrupted capture
   RigTrouble trouble = {};             ///< what went wrong with frames and devices, and was repaired
+  std::optional<CameraFacts> camera = {};
+  std::string camera_missing =
+      {};  ///< why a camera with pixels of its own has none; "": it has no such pixels
   Made made = {};
 };
 

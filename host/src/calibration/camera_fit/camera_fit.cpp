@@ -6,6 +6,7 @@
 #include "calibration/camera_fit/footprint.hpp"
 #include "calibration/camera_fit/row_prior.hpp"
 #include "symrig/image/outline.hpp"
+#include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -121,6 +122,14 @@ class PixelFitter {
   const Eigen::VectorXd& fit(const calibration::Footprint& footprint, double light,
                              std::span<const float> mean, std::span<const float> weight);
   double chi_square() const { return chi_square_; }
+  const std::vector<Column>& columns() const { return prior_.columns(); }
+  /// The most that a photograph shows to each column.
+  std::vector<float> most_shown() const {
+    std::vector<float> most;
+    for (Eigen::Index k = 0; k < x_.cols(); ++k)
+      most.push_back(static_cast<float>(x_.col(k).cwiseAbs().maxCoeff()));
+    return most;
+  }
 
  private:
   calibration::RowPrior prior_;
@@ -193,7 +202,6 @@ class CameraFitter {
   Result<void> show_patterns();
   void show_bases(std::size_t from);
   Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
-  void plan(int channel, const PixelsOfCells& pixels, PixelFitter& fitter);
   Result<void> fit_strip(const Channel& channel, const Strip& strip);
   Result<void> fit_channel(int number);
 
@@ -206,9 +214,9 @@ class CameraFitter {
   std::size_t photographs_ = 0;
   std::vector<char> white_;
   Shown shown_;
+  std::vector<float> basis_values_;
   CameraTransport::Parts parts_;
   CameraFit found_;
-  std::int64_t values_ = 0, fitted_ = 0;
 };
 
 Result<void> CameraFitter::check() const {
@@ -277,7 +285,7 @@ void CameraFitter::show_bases(std::size_t from) {
                                       static_cast<Eigen::Index>(photographs_));
       sum.setZero();
       for (std::size_t j = 0; j < length; ++j)
-        sum += parts_.basis_values[at[q] + k * length + j] *
+        sum += basis_values_[at[q] + k * length + j] *
                Eigen::Map<const Eigen::VectorXf>(&shown_.cells[order[basis.begin + j] * photographs_],
                                                  static_cast<Eigen::Index>(photographs_));
     }
@@ -312,66 +320,57 @@ Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<floa
   return seen;
 }
 
-/// The columns of each cell, and where the coefficients of its pixels go.
-void CameraFitter::plan(int channel, const PixelsOfCells& pixels, PixelFitter& fitter) {
-  for (std::size_t k = 0; k < pixels.cell.size(); ++k) {
-    const std::vector<Column>& columns = fitter.begin(pixels.cell[k]);
-    CameraTransport::Group group;
-    group.channel = channel;
-    group.columns = static_cast<std::int32_t>(columns.size());
-    group.pixels = static_cast<std::int32_t>(pixels.first[k + 1] - pixels.first[k]);
-    group.first_column = std::ssize(parts_.columns);
-    group.first_pixel = std::ssize(parts_.pixels) + pixels.first[k];
-    group.first_value = values_;
-    values_ += std::int64_t{group.columns} * group.pixels;
-    parts_.groups.push_back(group);
-    parts_.columns.insert(parts_.columns.end(), columns.begin(), columns.end());
-  }
-  fitted_ += std::ssize(pixels.pixel);
-  parts_.pixels.insert(parts_.pixels.end(), pixels.pixel.begin(), pixels.pixel.end());
-  parts_.values.resize(values_);
-}
-
 Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip) {
   const auto sees = [&](int row, int col) {
     return !options_.mosaic || options_.mosaic->at(row, col) == channel.number;
   };
   const PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
-  const std::size_t first_group = parts_.groups.size();
-  PixelFitter planner(channel.rows, options_, channel.blur);
-  plan(channel.number, pixels, planner);
   std::vector<float> flood;
   SYMRIG_TRY(const Seen seen, see(channel.number, strip, flood));
 
   const int cols = registration_.cells.cols;
+  std::vector<PackedRows> packed(pixels.cell.size());
   tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, options_, channel.blur);
   const std::span<float> chi = found_.chi_square.plane(channel.number);
   tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
-    const CameraTransport::Group& group = parts_.groups[first_group + g];
     const std::int32_t cell = pixels.cell[g];
+    const auto of_cell =
+        std::span(pixels.pixel).subspan(pixels.first[g], pixels.first[g + 1] - pixels.first[g]);
     PixelFitter& fitter = fitters.local();
-    fitter.begin(cell);
+    const std::size_t columns = fitter.begin(cell).size();
     fitter.show(shown_);
-    for (std::int32_t k = 0; k < group.pixels; ++k) {
-      const std::int32_t pixel = parts_.pixels[group.first_pixel + k];
+    std::vector<float> rows, light;
+    rows.reserve(columns * of_cell.size());
+    for (const std::int32_t pixel : of_cell) {
       const std::size_t at = strip.index(pixel);
       const auto footprint =
           calibration::footprint_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols),
                                     cell / cols, cell % cols, channel.blur);
       const Eigen::VectorXd& row = fitter.fit(footprint, flood[at], seen.mean_of(at), seen.weight_of(at));
-      float* to = &parts_.values[group.first_value + std::int64_t{k} * group.columns];
-      for (std::int32_t n = 0; n < group.columns; ++n) to[n] = static_cast<float>(row(n));
+      for (const double value : row) rows.push_back(static_cast<float>(value));
+      light.push_back(flood[at]);
       chi[pixel] = static_cast<float>(fitter.chi_square());
     }
-    work_.add(std::int64_t{group.pixels} * group.columns * group.columns *
-              static_cast<std::int64_t>(photographs_) / 2);
+    packed[g] = pack_rows(fitter.columns(), fitter.most_shown(), rows, light);
+    work_.add(static_cast<std::int64_t>(of_cell.size() * columns * columns * photographs_ / 2));
   });
+  for (const PackedRows& rows : packed) {
+    parts_.groups.push_back({channel.number, static_cast<std::int32_t>(rows.columns.size()),
+                             static_cast<std::int32_t>(rows.brightness.size())});
+    const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    append(parts_.columns, rows.columns);
+    append(parts_.middles, rows.middles);
+    append(parts_.steps, rows.steps);
+    append(parts_.brightness, rows.brightness);
+    append(parts_.codes, rows.codes);
+  }
+  parts_.pixels.insert(parts_.pixels.end(), pixels.pixel.begin(), pixels.pixel.end());
   return {};
 }
 
 Result<void> CameraFitter::fit_channel(int number) {
   const std::size_t first_basis = parts_.bases.size();
-  SYMRIG_TRY(const CellRows rows, CellRows::make(tensor_, number, parts_.bases, parts_.basis_values));
+  SYMRIG_TRY(const CellRows rows, CellRows::make(tensor_, number, parts_.bases, basis_values_));
   show_bases(first_basis);
   const OpticsBlur& optics = registration_.blur;
   const double measured = optics.measured ? std::hypot(optics.projector, optics.camera) : 0;
@@ -392,9 +391,12 @@ Result<CameraFit> CameraFitter::fit() {
     parts_.cells = tensor_.camera_tree();
     parts_.camera = registration_.camera();
     parts_.channels = tensor_.channels();
+    if (options_.mosaic)
+      for (const int colour : options_.mosaic->colours) parts_.mosaic += "RGB"[colour];
     found_.chi_square = Image<float>(parts_.camera, parts_.channels);
     for (int channel = 0; channel < parts_.channels; ++channel) SYMRIG_CHECK(fit_channel(channel));
-    found_.unknowns = fitted_ > 0 ? static_cast<double>(values_) / static_cast<double>(fitted_) : 0;
+    parts_.basis_values.reserve(basis_values_.size());
+    for (const float value : basis_values_) parts_.basis_values.push_back(tensor::to_half(value));
     SYMRIG_TRY(found_.transport, CameraTransport::make(std::move(parts_)));
     return std::move(found_);
   });
@@ -405,6 +407,18 @@ Result<CameraFit> CameraFitter::fit() {
 Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
                              const PhotographLog& photographs, const CameraFitOptions& options) {
   return CameraFitter(tensor, registration, photographs, options).fit();
+}
+
+std::int64_t camera_fit_bytes(const TransportTensor& tensor, Grid camera, std::int64_t photographs) {
+  constexpr std::int64_t kFloat = 4, kRow = 100;  // of a pixel and channel
+  std::int64_t columns = 0, values = 0;           // a leaf and its mirror image
+  for (const Leaf& leaf : tensor.leaves()) {
+    columns += std::int64_t{2} * leaf.rank * tensor.channels();
+    values += std::int64_t{2} * static_cast<std::int64_t>(leaf.values(tensor.channels()));
+  }
+  const std::int64_t shown = (tensor.projector_grid().size() + columns) * photographs * kFloat;
+  const std::int64_t seen = std::int64_t{kLogStripRows} * camera.cols * photographs * 2 * kFloat;
+  return shown + seen + 2 * values * kFloat + camera.size() * tensor.channels() * kRow;
 }
 
 }  // namespace symrig

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/camera_fit/cell_rows.hpp"
 
+#include "symrig/tensor/internal/half.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -60,7 +62,7 @@ Result<void> CellRows::take_leaves(const TransportTensor& tensor, int channel, s
     if (!bases.empty()) rows.basis.first = bases.back().first + bases.back().rank;
     rows.rms = (rows.a.colwise().squaredNorm() / static_cast<float>(rows.a.rows())).cwiseSqrt().transpose();
     bases.push_back(rows.basis);
-    values.insert(values.end(), basis.data(), basis.data() + basis.size());
+    for (const float value : basis.reshaped()) values.push_back(tensor::from_half(tensor::to_half(value)));
     leaves_.push_back(std::move(rows));
   };
   return tensor.visit_leaves([&](const Leaf& leaf, std::span<const float> factors) {

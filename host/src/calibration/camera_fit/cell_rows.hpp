@@ -42,7 +42,8 @@ class CellRows {
   static constexpr int radius = 2, side = 2 * radius + 1;
   using Near = std::array<float, std::size_t{side} * side>;
 
-  /// bases, values: those of the channel are added.
+  /// bases, values: those of the channel are added. The values are halves, as CameraTransport has them, so
+  /// what is fitted to them is not rounded later.
   static Result<CellRows> make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,
                                std::vector<float>& values);
 

@@ -54,6 +54,7 @@ Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<P
   SYMRIG_TRY(CellWeights weights, weights_of(registration, mosaic));
   std::unique_ptr<RegisteredProbe> probe(
       new RegisteredProbe(std::move(rig), std::move(weights), registration.error(), mosaic));
+  probe->registration_ = std::make_shared<const Registration>(registration);
   if (!registration.shift) probe->steps_ = std::make_shared<const Image<float>>(steps_of(registration));
   return probe;
 }

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// T on the camera's own pixels, from a capture to its pictures.
+#include "command.hpp"
+#include "symrig/image/file.hpp"
+#include "symrig/job/capture_job.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::test::camera_pixels_test {
+namespace {
+
+constexpr const char* kFine = "sim:vgroove-textured?size=16x16&fine=4&camera=76x76&turn=1.5&zoom=0.784";
+constexpr const char* kFitting = "fitting the camera's pixels";
+
+class CameraPixels : public CommandTest {
+ protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    ASSERT_EQ(symrig({"calibrate", "--rig", kFine, "-o", "r.h5"}).code, 0);
+  }
+  Outcome captured(const std::string& output, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"capture", "--rig", kFine, "--registration", "r.h5", "-o", output};
+    words.insert(words.end(), more.begin(), more.end());
+    return symrig(words);
+  }
+};
+
+TEST_F(CameraPixels, are_in_the_scene_and_in_its_pictures) {
+  const Outcome made = captured("scene.h5", {"--json", "c.json"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_NE(made.out.find("on the camera's own pixels: 76x76"), std::string::npos) << made.out;
+  const nlohmann::json camera = json("c.json").at("camera");
+  EXPECT_EQ(camera.at("grid"), nlohmann::json::array({76, 76}));
+  EXPECT_GT(camera.at("rows").get<int>(), 16 * 16 * 10);
+  EXPECT_FALSE(json("c.json").contains("camera_missing"));
+  EXPECT_FALSE(std::filesystem::exists(path("scene.h5.log")));
+  const Outcome inspected = symrig({"inspect", "scene.h5", "--json", "i.json"});
+  EXPECT_NE(inspected.out.find("76x76"), std::string::npos) << inspected.out;
+  EXPECT_EQ(json("i.json").at("camera").at("rows"), camera.at("rows"));
+  EXPECT_EQ(json("i.json").at("capture").at("camera").at("rows"), camera.at("rows"));
+
+  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "bar", "-o", "own.pfm"}).code, 0);
+  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "bar", "--cells", "-o", "cells.pfm"}).code, 0);
+  EXPECT_EQ(read_image(path("own.pfm"))->grid(), (Grid{76, 76}));
+  EXPECT_EQ(read_image(path("cells.pfm"))->grid(), (Grid{16, 16}));
+  // Single views are tiles of the cells.
+  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "white", "--views", "1x2", "--to-view", "0,1", "-o",
+                    "view.pfm"})
+                .code,
+            0);
+  EXPECT_EQ(read_image(path("view.pfm"))->grid(), (Grid{16, 8}));
+}
+
+TEST_F(CameraPixels, of_many_lights_do_not_mix_with_cells) {
+  ASSERT_EQ(captured("scene.h5").code, 0);
+  std::filesystem::create_directory(path("lights"));
+  ASSERT_TRUE(write_image(path("lights/a.pfm"), Image<float>({16, 16}, 1, 1.F)).ok());
+  const std::vector<std::string> own{"relight",  "scene.h5", "--lights", "lights",
+                                     "--format", "pfm",      "-o",       "out"};
+  ASSERT_EQ(symrig(own).code, 0);
+  EXPECT_EQ(read_image(path("out/a.pfm"))->grid(), (Grid{76, 76}));
+  std::vector<std::string> cells = own;
+  cells.insert(cells.end(), {"--cells", "--resume"});
+  expect_refusal(cells, kUsage, {"out"});
+}
+
+TEST_F(CameraPixels, are_left_out_when_asked_and_missed_without_a_log) {
+  const Outcome asked = captured("a.h5", {"--cells", "--json", "a.json"});
+  EXPECT_EQ(asked.code, 0);
+  EXPECT_EQ(asked.out.find("camera's"), std::string::npos) << asked.out;
+  EXPECT_TRUE(json("a.json").at("camera").is_null());
+  const Outcome missed = captured("b.h5", {"--no-log", "--json", "b.json"});
+  EXPECT_EQ(missed.code, 0);
+  EXPECT_NE(missed.out.find("without a log"), std::string::npos) << missed.out;
+  EXPECT_NE(json("b.json").at("camera_missing").get<std::string>().find("log"), std::string::npos);
+  EXPECT_EQ(
+      symrig({"capture", "--rig", kFine, "--registration", "r.h5", "-o", "c.h5", "--algorithm", "brute"})
+              .out.find("T was measured without symmetry") == std::string::npos,
+      false);
+}
+
+Result<CaptureOutcome> run(const std::string& registration, const std::string& output, bool resume,
+                           bool stop_at_fit) {
+  SYMRIG_TRY(OpenedRig rig, open_rig(kFine, registration, {}));
+  CaptureJob job;
+  job.output = output;
+  job.log.resume = resume;
+  job.options.progress = [=](const ProgressEvent& event) { return !stop_at_fit || event.stage != kFitting; };
+  return run_job(job, rig);
+}
+
+// The scene on the cells is complete before the fit, and photographs are not taken again.
+TEST_F(CameraPixels, a_stopped_fit_leaves_the_scene_and_goes_on) {
+  const std::string registration = path("r.h5"), output = path("scene.h5");
+  const auto stopped = run(registration, output, false, true);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
+  EXPECT_NE(stopped.error().what.find("without the camera's own pixels"), std::string::npos);
+  EXPECT_NE(stopped.error().hint.find("resume"), std::string::npos) << stopped.error().hint;
+  const auto cells = load_scene(output);
+  ASSERT_TRUE(cells.ok());
+  EXPECT_EQ(cells->camera, nullptr);
+  ASSERT_TRUE(std::filesystem::exists(output + ".log"));
+  const auto resumed = run(registration, output, true, false);
+  ASSERT_TRUE(resumed.ok()) << resumed.error().line();
+  EXPECT_EQ(resumed->summary.replayed, resumed->result.patterns);
+  const auto whole = run(registration, path("whole.h5"), false, false);
+  ASSERT_TRUE(whole.ok());
+  const auto a = load_scene(output), b = load_scene(path("whole.h5"));
+  ASSERT_TRUE(a.ok() && b.ok());
+  ASSERT_TRUE(a->camera && b->camera);
+  EXPECT_EQ(a->camera->parts().codes, b->camera->parts().codes);
+  EXPECT_EQ(a->camera->parts().brightness, b->camera->parts().brightness);
+  EXPECT_FALSE(std::filesystem::exists(output + ".log"));
+}
+
+}  // namespace
+}  // namespace symrig::test::camera_pixels_test
