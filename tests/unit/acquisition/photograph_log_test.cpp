@@ -412,6 +412,8 @@ TEST_P(BrokenLog, no_room_for_the_head_leaves_no_file) {
 namespace symrig::logged_probe_test {
 namespace {
 
+using tests::PhotographLogFile, tests::same_bits, tests::some_steps;
+
 using tests::DenseProbe;
 using tests::DenseTransport;
 using tests::expect_same;
@@ -461,6 +463,53 @@ TEST(LoggedProbe, asks_for_no_more_at_once_than_may_be_lost) {
   EXPECT_EQ(failed.error().code, ErrorCode::device_lost);
   EXPECT_EQ(failing.asked, (std::vector<std::size_t>{3, 3, 2}));
   EXPECT_EQ(log->size(), 6);
+}
+
+/// A camera with so little noise that the rounding of a log is much of it.
+class FineCamera final : public Probe {
+ public:
+  FineCamera(Grid cells, const Image<float>& steps) : cells_(cells), steps_(steps) {}
+  Grid grid() const override { return cells_; }
+  Grid camera_grid() const override { return steps_.grid(); }
+  int channels() const override { return steps_.channels(); }
+  std::string describe() const override { return "a camera"; }
+  ProbeCost cost() const override { return {}; }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    std::vector<Radiance> photographs;
+    for (std::size_t k = 0; k < patterns.size(); ++k) {
+      Radiance& one = photographs.emplace_back(Radiance{Image<float>(steps_.grid(), channels()),
+                                                        Image<float>(steps_.grid(), channels()),
+                                                        Image<std::uint8_t>(steps_.grid(), channels(), 1)});
+      for (std::size_t i = 0; i < steps_.values().size(); ++i) {
+        const float step = steps_.values()[i];
+        one.mean.values()[i] = static_cast<float>(random_.uniform()) * 1000 * step;
+        one.variance.values()[i] = static_cast<float>(random_.uniform()) * step * step / 5;
+      }
+    }
+    return photographs;
+  }
+
+ private:
+  Grid cells_;
+  const Image<float>& steps_;
+  Random random_{11};
+};
+
+// A capture sees what the log gives to one that is continued, to the last bit.
+TEST_F(PhotographLogFile, a_capture_sees_what_its_log_holds) {
+  const Grid camera{40, 9};
+  identity_.steps = some_steps(camera, identity_.channels);
+  const auto log = *create_photograph_log(path(), identity_);
+  FineCamera rig(identity_.grid, *identity_.steps);
+  const std::vector<Pattern> patterns(3, Pattern(identity_.grid, 1, 1.F));
+  const auto seen = LoggedProbe(rig, *log).measure(patterns);
+  ASSERT_TRUE(seen.ok()) << seen.error().line();
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    const Radiance held = *log->photograph(static_cast<std::int64_t>(k));
+    EXPECT_TRUE(same_bits((*seen)[k].mean.values(), held.mean.values())) << k;
+    EXPECT_TRUE(same_bits((*seen)[k].variance.values(), held.variance.values())) << k;
+    EXPECT_EQ((*seen)[k].valid, held.valid) << k;
+  }
 }
 
 TEST(LoggedProbe, refuses_a_log_of_other_patterns) {

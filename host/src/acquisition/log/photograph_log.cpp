@@ -208,10 +208,11 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
     const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
     SYMRIG_TRY(std::vector<Radiance> answers,
                take(few, expected.empty() ? expected : expected.subspan(first, few.size())));
-    // A capture that is continued sees what the log holds, so this one must see it too.
-    for (Radiance& answer : answers) answer = log_.kept(std::move(answer));
     log_.note_coarser(expected.empty() ? 0 : expected[first].coarser_steps);
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
+    // A capture that is continued sees what the log holds, so this one must see it too. Not what the log
+    // would make of that: to round twice is another rounding.
+    for (Radiance& answer : answers) answer = log_.kept(std::move(answer));
     for (std::size_t k = 0; k < few.size(); ++k) {
       SYMRIG_TRY(answers[k], developed(few[k], std::move(answers[k]), cost()));
       photographs.push_back(std::move(answers[k]));
