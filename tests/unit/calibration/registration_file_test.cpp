@@ -3,6 +3,7 @@
 #include "small_registration.hpp"
 #include "symrig/base/files.hpp"
 #include "symrig/calibration/registration.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <cmath>
@@ -225,6 +226,21 @@ TEST(CameraMapNumbers, that_no_map_has_are_refused) {
     ASSERT_FALSE(map.ok());
     EXPECT_EQ(map.error().code, ErrorCode::bad_value);
   }
+}
+
+// Its scene exchanges too little light to tell any gain.
+TEST(GainlessRegistration, is_read_again) {
+  const auto rig = open_virtual_rig(
+      "sim:random?seed=18&size=32x32&fine=4&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0."
+      "02");
+  ASSERT_TRUE(rig.ok());
+  const auto registration = register_camera(**rig);
+  ASSERT_TRUE(registration.ok()) << registration.error().line();
+  EXPECT_FALSE(registration->gain.known);
+  const test::Scratch folder;
+  ASSERT_TRUE(save_registration(folder / "r.h5", *registration).ok());
+  const auto read = load_registration(folder / "r.h5");
+  EXPECT_TRUE(read.ok()) << read.error().line();
 }
 
 }  // namespace

@@ -148,6 +148,8 @@ GainRatio GainFit::fit() {
   gain.sigma = std::sqrt(variance / static_cast<double>(shapes_.size()));
   gain.veil = found_[kShapes];
   gain.veil_sigma = std::sqrt(covariance(kShapes, kShapes));
+  // Without any pair there is nothing to divide by.
+  if (!std::isfinite(gain.veil)) gain.veil = 0;
   gain.known = pairs_ >= kUnknowns && gain.sigma <= kLargestSigma;
   if (gain.known) std::copy_n(found_.data(), kShapes, gain.shape.begin());
   return gain;
