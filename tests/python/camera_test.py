@@ -79,6 +79,18 @@ def test_camera_pixels_show_what_cells_do(fine):
     assert abs(white[white > 0].mean() / flood.mean() - 1) < 0.1
 
 
+def test_the_capture_knows_its_errors(fine):
+    said = fine.camera.errors()
+    exact = fine.camera.errors("sim:gummy?size=16x16&fine=4&camera=76x76&turn=1.5&zoom=0.784")
+    assert list(said) == list(exact) and len(said) == 7
+    for key, (value, half_width) in said.items():
+        assert abs(value - exact[key].value) <= half_width, key
+    # Cells have more to hide: the light of the borders between them.
+    assert said["indirect"].value < fine.errors()["indirect"].value
+    with pytest.raises(symrig.InputError, match="camera has"):
+        fine.camera.errors("sim:gummy?size=16x16&fine=4&camera=80x80")
+
+
 def test_other_pictures_are_refused(fine):
     for picture in (np.ones((16, 15)), np.ones((2, 16, 16, 3))):
         with pytest.raises(symrig.InputError):

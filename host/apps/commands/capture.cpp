@@ -122,9 +122,16 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   text += tolerance_text(summary, result);
   for (const std::string& warning : capture_warnings(summary, result)) text += "warning: " + warning + "\n";
+  if (summary.camera && summary.camera->errors)
+    text += fmt::format(
+                "relative errors on the camera's own pixels, estimated from {} held-out photographs (±: "
+                "{:.0f} % confidence)\n",
+                result.held_out.size(), 100 * kErrorConfidence) +
+            error_table(*summary.camera->errors);
   if (result.estimated)
     text += fmt::format(
-                "relative errors, estimated from {} (±: {:.0f} % confidence)\n",
+                "relative errors{}, estimated from {} (±: {:.0f} % confidence)\n",
+                summary.camera ? " on the projector's cells" : "",
                 result.held_out.empty()
                     ? std::string("held-out photographs, before the search also used them: an upper bound")
                     : fmt::format("{} held-out photographs", result.held_out.size()),

@@ -26,15 +26,30 @@ struct EvaluateArguments {
   std::string scene, rig, registration, json, memory;
 };
 
+/// On the cells, and on the camera's own pixels if the scene has them.
+struct JudgedScene {
+  Judged cells;
+  std::optional<ErrorEstimate> camera;
+};
+
 /// A real rig takes new photographs.
-Result<Judged> against(const TransportOperator& tensor, const EvaluateArguments& arguments) {
+Result<JudgedScene> against(const OpenedScene& opened, const EvaluateArguments& arguments) {
+  const CameraTransport* camera = opened.scene.camera.get();
+  JudgedScene judged;
   if (is_simulated(arguments.rig)) {
     Meter meter("evaluate", "patterns");
-    return judge_by_truth(tensor, arguments.rig, meter.progress());
+    SYMRIG_TRY(judged.cells, judge_by_truth(*opened.transport, arguments.rig, meter.progress()));
+    // A scene of a bench may be compared with another, ideal rig.
+    if (camera == nullptr || !judged.cells.ideal) return judged;
+    SYMRIG_TRY(judged.camera, judge_camera_by_truth(*camera, arguments.rig, meter.progress()));
+    return judged;
   }
-  SYMRIG_TRY(const OpenedRig opened, open_rig(arguments.rig, arguments.registration));
+  SYMRIG_TRY(const OpenedRig rig, open_rig(arguments.rig, arguments.registration));
   Meter meter("evaluate", "photographs");
-  return judge_by_rig(tensor, *opened.probe, meter.progress());
+  SYMRIG_TRY(judged.cells, judge_by_rig(*opened.transport, *rig.probe, meter.progress()));
+  if (camera == nullptr || rig.registered == nullptr) return judged;
+  SYMRIG_TRY(judged.camera, judge_camera_by_rig(*camera, *rig.registered, meter.progress()));
+  return judged;
 }
 
 /// How many held-out photographs there are, and the one that is predicted worst. All are in the JSON.
@@ -73,9 +88,12 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
                  fmt::format("{} contains no held-out photographs to compare with", arguments.scene),
                  "give the rig that it was captured from: --rig rig.toml or --rig sim:NAME"};
   std::optional<Judged> errors;
+  std::optional<ErrorEstimate> camera;
   std::vector<std::string> differs;
   if (!arguments.rig.empty()) {
-    SYMRIG_TRY(errors, against(*opened.transport, arguments));
+    SYMRIG_TRY(JudgedScene judged, against(opened, arguments));
+    errors = std::move(judged.cells);
+    camera = std::move(judged.camera);
     differs = differences_of_scene(captured_scene(scene), errors->rig);
     if (const std::string warning = other_scene_warning(arguments.scene, differs); !warning.empty())
       print_error("evaluate", "warning: " + warning);
@@ -86,12 +104,19 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
       arguments.json,
       evaluation_json(captured_scene(scene), arguments.rig, errors ? &errors->errors.value : nullptr,
                       held_out, errors ? &errors->errors.half_width : nullptr, differs,
-                      errors && errors->ideal ? &errors->ideal->value : nullptr)));
+                      errors && errors->ideal ? &errors->ideal->value : nullptr,
+                      camera ? &*camera : nullptr)));
   if (is_standard_output(arguments.json)) return {};
-  std::string text =
-      errors ? fmt::format("relative errors against {}\n", compared_with(arguments.rig, *errors)) +
-                   error_table(errors->errors)
-             : std::string();
+  std::string text;
+  if (camera)
+    text +=
+        fmt::format("relative errors on the camera's own pixels, against {}\n",
+                    is_simulated(arguments.rig) ? "the true transport of this bench" : "new photographs") +
+        error_table(*camera);
+  if (errors)
+    text += fmt::format("relative errors{} against {}\n", camera ? " on the projector's cells," : "",
+                        compared_with(arguments.rig, *errors)) +
+            error_table(errors->errors);
   if (errors && errors->ideal)
     text +=
         "relative errors against the true transport of the ideal coaxial rig\n" + error_table(*errors->ideal);

@@ -25,7 +25,7 @@ Result<void> run(const ExportArguments& arguments) {
                    .reads("the scene", arguments.scene)
                    .writes("--dense", arguments.dense, FileFormat::matrix)
                    .check());
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.camera = false}));
   {
     Meter meter("export", "columns");
     SYMRIG_CHECK(save_dense(arguments.dense, scene.tensor, kMostDenseBytes, meter.progress()));

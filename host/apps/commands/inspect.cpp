@@ -62,7 +62,7 @@ Result<void> run(const InspectArguments& arguments) {
   if (is_standard_output(arguments.json)) return {};
   std::string text = size_lines(arguments.scene, scene) + level_table(scene.tensor) + rank_line(scene.tensor);
   if (scene.camera)
-    text += fmt::format("on the camera's own pixels: {}, {} pixels with {:.3g} coefficients each, {}\n",
+    text += fmt::format("on the camera's own pixels: {}, {} rows of T with {:.3g} coefficients each, {}\n",
                         to_string(scene.camera->camera_grid()),
                         grouped(static_cast<double>(scene.camera->rows())),
                         static_cast<double>(scene.camera->coefficients()) /

@@ -60,10 +60,15 @@ Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTens
   return ViewRelight{views, from, to};
 }
 
-/// The tensor as the options ask for it. Single views, and colours of a mosaic, are known on the cells.
+/// Single views, and colours of a mosaic, are known on the cells.
+bool asks_for_cells(const RelightArguments& arguments) {
+  return arguments.cells || !arguments.from_view.empty() || !arguments.to_view.empty() ||
+         !arguments.mosaic.empty();
+}
+
+/// The tensor as the options ask for it.
 Result<Relighter> relighter_of(const RelightArguments& arguments, const OpenedScene& opened) {
-  const bool of_cells = arguments.cells || !arguments.from_view.empty() || !arguments.to_view.empty() ||
-                        !arguments.mosaic.empty();
+  const bool of_cells = asks_for_cells(arguments);
   if (opened.scene.camera && !of_cells) return Relighter::begin(opened.scene.camera);
   if (opened.scene.camera_left_out && !of_cells)
     print_error("relight",
@@ -165,8 +170,9 @@ Result<void> check_lights(const CLI::App& command, const RelightArguments& argum
 }
 
 /// What the pictures of many lights depend on beside scene and lights.
-std::string request_text(const RelightArguments& arguments, Grid picture) {
-  std::string text = fmt::format("format {}, pictures {}", arguments.format, to_string(picture));
+std::string request_text(const RelightArguments& arguments, const OpenedScene& opened) {
+  std::string text = "format " + arguments.format;
+  if (opened.scene.camera && !asks_for_cells(arguments)) text += ", the camera's own pixels";
   const auto add = [&text](const char* option, const std::string& value) {
     if (!value.empty()) text += fmt::format(", {} {}", option, value);
   };
@@ -181,7 +187,8 @@ Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& op
   const bool film = is_film(arguments.output);
   SYMRIG_CHECK(check_exposure(arguments, film || arguments.format == "png"));
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
-  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene, {.memory = memory}));
+  SYMRIG_TRY(const OpenedScene opened,
+             open(arguments.scene, {.memory = memory, .camera = !asks_for_cells(arguments)}));
   SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, opened));
   SYMRIG_TRY(const LightSequence lights,
              LightSequence::open(arguments.lights, relighter.light_grid(), projector_of(arguments)));
@@ -189,7 +196,7 @@ Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& op
                         .suffix = "." + arguments.format,
                         .exposure = arguments.exposure,
                         .resume = arguments.resume,
-                        .asked = request_text(arguments, relighter.picture_grid())};
+                        .asked = request_text(arguments, opened)};
   // A film states nothing. To hash a large scene takes as long as to apply it.
   if (!film) {
     SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
@@ -228,7 +235,8 @@ Result<void> run(const CLI::App& command, const RelightArguments& arguments, boo
   if (!arguments.lights.empty()) return run_sequence(arguments, open);
   SYMRIG_CHECK(check_exposure(arguments, is_png(arguments.output)));
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
-  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene, {.memory = memory}));
+  SYMRIG_TRY(const OpenedScene opened,
+             open(arguments.scene, {.memory = memory, .camera = !dual && !asks_for_cells(arguments)}));
   SYMRIG_TRY(Image<float> picture,
              dual ? dual_picture(arguments, opened.scene.tensor) : relit(arguments, opened));
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));

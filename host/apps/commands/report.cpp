@@ -46,7 +46,7 @@ Result<void> run(const ReportArguments& arguments) {
                    .writes("-o", arguments.output, FileFormat::page)
                    .check());
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory, .camera = false}));
   Meter meter("report", "sections");
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
                         .progress = meter.progress(),

@@ -198,6 +198,13 @@ py::tuple errors_by_truth(const StoredScene& scene, const std::string& rig, py::
   return py::make_tuple(errors_of(judged.errors.value), errors_of(judged.errors.half_width));
 }
 
+py::tuple camera_errors_by_truth(const CameraTransport& camera, const std::string& rig, py::object progress) {
+  Caller caller(std::move(progress));
+  const ErrorEstimate errors =
+      caller.run([&] { return judge_camera_by_truth(camera, rig, caller.progress()); });
+  return py::make_tuple(errors_of(errors.value), errors_of(errors.half_width));
+}
+
 std::string report_page(const StoredScene& scene, const std::string& title, py::object progress) {
   Caller caller(std::move(progress));
   ReportOptions options;
@@ -288,7 +295,8 @@ void bind_scene(py::module_& module) {
       .def("apply", apply_camera)
       .def("apply_batch", apply_camera_batch)
       .def("adjoint", adjoint_camera)
-      .def("relight", relight_camera);
+      .def("relight", relight_camera)
+      .def("errors_by_truth", camera_errors_by_truth);
   module.def("load", [](const std::string& path, std::int64_t memory) {
     return std::const_pointer_cast<StoredScene>(load(path, memory));
   });

@@ -72,6 +72,21 @@ def _refuse_codes(x: NDArray[Any]) -> None:
         )
 
 
+def _estimates(facts: Dict[str, Any]) -> Dict[str, Estimate]:
+    """Of the keys estimated_error and estimated_error_uncertainty."""
+
+    def flat(tree: Optional[Dict[str, Any]]) -> Dict[str, float]:
+        found = dict(tree or {})
+        for key, value in found.pop("relight", {}).items():
+            found[f"relight {key}"] = value
+        return {key: float("nan") if value is None else value for key, value in found.items()}
+
+    widths = flat(facts.get("estimated_error_uncertainty"))
+    values = flat(facts.get("estimated_error"))
+    order = ["frobenius", "indirect", "flood", "relight bar", "relight random", "relight natural", "bar_indirect"]
+    return {key: Estimate(values[key], widths.get(key, float("nan"))) for key in order if key in values}
+
+
 class _Pictures(LinearOperator):
     """An operator between pictures. It takes pictures, batches of pictures on the last axis, and flat vectors.
 
@@ -246,7 +261,7 @@ class Scene(_Pictures):
     def camera(self) -> Optional["Camera"]:
         """T on the camera's own pixels; None if the file has none (docs/python.md)."""
         stored = self._stored.camera
-        return None if stored is None else Camera(stored)
+        return None if stored is None else Camera(stored, self.facts.get("camera"))
 
     # ---- what is known of it ----
 
@@ -343,17 +358,7 @@ class Scene(_Pictures):
         return {key: Estimate(value, widths[key]) for key, value in values.items()}
 
     def _estimated_errors(self) -> Dict[str, Estimate]:
-        def flat(tree: Optional[Dict[str, Any]]) -> Dict[str, float]:
-            found = dict(tree or {})
-            for key, value in found.pop("relight", {}).items():
-                found[f"relight {key}"] = value
-            return {key: float("nan") if value is None else value for key, value in found.items()}
-
-        facts = self.facts
-        widths = flat(facts.get("estimated_error_uncertainty"))
-        values = flat(facts.get("estimated_error"))
-        order = ["frobenius", "indirect", "flood", "relight bar", "relight random", "relight natural", "bar_indirect"]
-        return {key: Estimate(values[key], widths.get(key, float("nan"))) for key in order if key in values}
+        return _estimates(self.facts)
 
     # ---- other forms ----
 
@@ -437,8 +442,9 @@ class Camera(_Pictures):
     takes_light = True
     symmetric = False
 
-    def __init__(self, stored: _symrig.CameraTransport) -> None:
+    def __init__(self, stored: _symrig.CameraTransport, facts: Optional[Dict[str, Any]] = None) -> None:
         self._stored = stored
+        self._facts = facts or {}
         camera, channels = stored.camera_grid, stored.channels
         super().__init__(stored.projector_grid, camera if channels == 1 else (*camera, channels))
 
@@ -489,6 +495,19 @@ class Camera(_Pictures):
     def channels(self) -> int:
         """Channels of a photograph."""
         return self._stored.channels
+
+    def errors(self, rig: Optional[str] = None, *, progress: Optional["ProgressCallback"] = None) -> Dict[str, Estimate]:
+        """Relative errors on these pixels, with the keys of Scene.errors().
+
+        Args:
+            rig: None: as the capture has estimated them from held-out photographs. A simulated bench, such as
+                "sim:gummy?camera=304x304": errors against its true transport.
+            progress: called with a symrig.Progress; False stops.
+        """
+        if rig is None:
+            return _estimates(self._facts)
+        values, widths = self._stored.errors_by_truth(rig, progress)
+        return {key: Estimate(value, widths[key]) for key, value in values.items()}
 
     @property
     def mosaic(self) -> str:

@@ -6,6 +6,7 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
+#include "symrig/calibration/camera_errors.hpp"
 #include "symrig/calibration/camera_fit.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
@@ -174,57 +175,99 @@ std::string mebibytes(std::int64_t bytes) {
   return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
 }
 
-/// Why T on the camera's own pixels cannot be fitted; "": it can.
-std::string no_camera_fit(const OpenedRig& rig, const CaptureResult& result, const PhotographLog* log,
-                          std::int64_t memory) {
+/// Whether the camera has pixels of its own that are wanted.
+bool wants_own_pixels(const CaptureJob& job, const OpenedRig& rig) {
+  const Registration* registration = rig.registered == nullptr ? nullptr : rig.registered->registration();
+  return !job.output.empty() && !job.cells_only && registration != nullptr && !registration->shift;
+}
+
+/// The job with exposures for what is fitted afterwards.
+CaptureJob exposed_for_pixels(CaptureJob job, const OpenedRig& rig) {
+  const bool symmetric =
+      job.options.algorithm == Algorithm::symrig || job.options.algorithm == Algorithm::paper;
+  if (wants_own_pixels(job, rig) && !job.log.off && symmetric)
+    job.options.exposure = goal_of_pixels(job.options.exposure, rig.registered->weights().noise_share());
+  return job;
+}
+
+/// Why T on the camera's own pixels cannot be fitted, and what to do; "": it can.
+std::string no_camera_fit(const CaptureJob& job, const OpenedRig& rig, const CaptureResult& result,
+                          const PhotographLog* log) {
   const RegisteredProbe& registered = *rig.registered;
-  if (log == nullptr) return "without a log, nothing keeps the camera's photographs";
-  if (registered.registered_again() > 0) return "the rig moved and was registered again";
-  if (log->camera_grid() == log->grid()) return "the log keeps photographs on the cells";
-  if (!result.tensor.symmetric()) return "T was measured without symmetry";
+  if (log == nullptr) return "without a log, nothing keeps the camera's photographs; capture with one";
+  if (registered.steps() == nullptr)
+    return "the rig may be registered again on the way, and photographs of two maps do not mix; fasten the "
+           "rig "
+           "and leave out moved = \"register\"";
+  if (log->camera_grid() == log->grid())
+    return "the log of an earlier version keeps photographs on the cells; capture anew";
+  if (!result.tensor.symmetric())
+    return result.undetermined ? "brute force measured T, without symmetry"
+                               : "this algorithm measures T without symmetry; capture with symrig";
   const Registration& registration = *registered.registration();
   if (rig.rig != nullptr && rig.rig->mosaic() != Mosaic::none && !registered.mosaic())
     return "each pixel sees one colour, and the capture is in grey; set capture.colour in the rig file";
-  if (registration.ghost.found) return "the camera sees a ghost of the scene";
+  if (registration.ghost.found) return "the camera sees a ghost of the scene; remove it from the optics";
   const std::int64_t bytes = camera_fit_bytes(result.tensor, registration.camera(), log->size());
-  if (bytes > memory)
-    return fmt::format("the fit needs {} of memory, and {} are allowed", mebibytes(bytes), mebibytes(memory));
+  if (job.memory > 0 && bytes > job.memory)
+    return fmt::format("the fit needs {} of memory, and {} are allowed; allow more memory", mebibytes(bytes),
+                       mebibytes(job.memory));
   return "";
 }
 
-/// Adds T on the camera's own pixels, if the camera has some.
-Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const PhotographLog* log,
-                            std::int64_t memory, CaptureOutcome& outcome) {
-  const Registration* registration = rig.registered == nullptr ? nullptr : rig.registered->registration();
-  if (job.output.empty() || job.cells_only || registration == nullptr || registration->shift) return {};
-  outcome.summary.camera_missing = no_camera_fit(rig, outcome.result, log, memory);
-  if (!outcome.summary.camera_missing.empty()) return {};
+/// Without those that were held out, and judged by them.
+Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const PhotographLog& log,
+                    CaptureOutcome& outcome) {
   const Stopwatch watch;
-  Result<CameraFit> fit = fit_camera(outcome.result.tensor, *registration, *log,
-                                     {.mosaic = rig.registered->mosaic(), .progress = job.options.progress});
-  if (!fit) {
-    Error error = std::move(fit).error();
-    error.what = fmt::format("{} is written, without the camera's own pixels: {}", job.output, error.what);
-    return error;
+  const Registration& registration = *rig.registered->registration();
+  const CaptureResult& result = outcome.result;
+  SYMRIG_TRY(CameraFit fit, fit_camera(result.tensor, registration, log,
+                                       {.mosaic = rig.registered->mosaic(),
+                                        .held_out = result.held_out_at,
+                                        .progress = job.options.progress}));
+  const auto camera = std::make_shared<const CameraTransport>(std::move(fit.transport));
+  CameraFacts facts{camera->camera_grid(), camera->rows(), camera->coefficients(), camera->bytes(),
+                    watch.seconds()};
+  if (!result.held_out_at.empty()) {
+    SYMRIG_TRY(facts.errors,
+               estimate_camera_errors(*camera, SeenCells(*camera, registration.corners()), log,
+                                      result.held_out_at, result.noise_check, job.options.progress));
   }
-  outcome.camera = std::make_shared<const CameraTransport>(std::move(fit->transport));
-  outcome.summary.camera =
-      CameraFacts{outcome.camera->camera_grid(), outcome.camera->rows(), outcome.camera->coefficients(),
-                  outcome.camera->bytes(), watch.seconds()};
+  outcome.camera = camera;
+  outcome.summary.camera = std::move(facts);
   return {};
 }
 
+/// Adds T on the camera's own pixels, if the camera has some. The scene on the cells stays if that fails, so
+/// that is no reason to fail.
+Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const PhotographLog* log,
+                            CaptureOutcome& outcome) {
+  if (!wants_own_pixels(job, rig) || !outcome.summary.camera_missing.empty()) return {};
+  Result<void> fitted = guarded([&] { return fit_to(job, rig, *log, outcome); });
+  if (fitted) return {};
+  if (fitted.error().code != ErrorCode::interrupted) {
+    outcome.summary.camera_missing = fitted.error().what;
+    return {};
+  }
+  Error error = std::move(fitted).error();
+  error.what = fmt::format("{} is written, without the camera's own pixels: {}", job.output, error.what);
+  return error;
+}
+
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
-                                        OpenedRig& rig, PhotographLog* log, std::int64_t memory) {
+                                        OpenedRig& rig, PhotographLog* log) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
   if (job.accept) SYMRIG_CHECK(job.accept(outcome.result));
+  if (wants_own_pixels(job, rig))
+    outcome.summary.camera_missing = no_camera_fit(job, rig, outcome.result, log);
   const auto write = [&]() -> Result<void> {
     outcome.json = capture_json(outcome.summary, outcome.result);
     return job.output.empty() ? Result<void>() : save(job.output, outcome, job.options.progress);
   };
   SYMRIG_CHECK(write());
-  SYMRIG_CHECK(fit_own_pixels(job, rig, log, memory, outcome));
-  if (outcome.camera || !outcome.summary.camera_missing.empty()) {
+  const bool missing = !outcome.summary.camera_missing.empty();
+  SYMRIG_CHECK(fit_own_pixels(job, rig, log, outcome));
+  if (outcome.camera || !outcome.summary.camera_missing.empty() != missing) {
     outcome.summary.total_seconds = job.watch.seconds();
     outcome.summary.peak_memory_bytes = peak_memory();
     SYMRIG_CHECK(write());
@@ -323,7 +366,8 @@ std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int chann
   return kProgramBytes + grid.size() * (kPixel + channels * kSample) + (keeps ? kept : 0);
 }
 
-Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
+Result<CaptureOutcome> run_job(const CaptureJob& asked, OpenedRig& rig) {
+  const CaptureJob job = exposed_for_pixels(asked, rig);
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
@@ -351,7 +395,7 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   const LogIdentity identity = identity_of(job, rig, settings, keeping);
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, identity));
   Result<CaptureOutcome> outcome =
-      guarded([&] { return measure_and_save(checked, settings, rig, log.log(), memory); });
+      guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
   // The first photographs of a rig that must be changed are of no use later, nor are those that nothing but a
   // look at the rig can judge: it may be mended before the capture goes on. Those of a whole search stay:
   // only a person can tell what they are worth (--unchecked).

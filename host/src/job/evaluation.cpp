@@ -2,6 +2,8 @@
 #include "symrig/job/evaluation.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/calibration/camera_errors.hpp"
+#include "symrig/hdr/mosaic.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -23,7 +25,63 @@ Result<void> check_same(const TransportOperator& tensor, Grid rig, int channels)
                "give the rig that the scene was captured from"};
 }
 
+Error other_camera(const CameraTransport& camera, Grid rig) {
+  return {ErrorCode::size_mismatch,
+          fmt::format("the rig's camera has {} pixels, the scene's {}", to_string(rig),
+                      to_string(camera.camera_grid())),
+          "give the rig that the scene was captured from"};
+}
+
+/// Of a camera with a mosaic, three channels, and each pixel valid in its own.
+class SplitMosaic final : public ForwardingProbe {
+ public:
+  SplitMosaic(Probe& rig, const BayerPattern& filters) : ForwardingProbe(rig), filters_(filters) {}
+
+  int channels() const override { return 3; }
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> /*patterns*/,
+                                     Result<std::vector<Radiance>> photographs) override {
+    if (!photographs) return photographs;
+    for (Radiance& one : *photographs) {
+      SYMRIG_TRY(one, split_mosaic(one, filters_));
+    }
+    return photographs;
+  }
+  BayerPattern filters_;
+};
+
 }  // namespace
+
+Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const std::string& rig,
+                                            const Progress& progress) {
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(const auto truth, camera_truth(uri));
+  if (!truth) return other_camera(camera, camera.projector_grid());
+  const Grid corners = truth->corners.front().grid(), pixels{corners.rows - 1, corners.cols - 1};
+  if (pixels != camera.camera_grid()) return other_camera(camera, pixels);
+  const SeenCells seen(camera, truth->corners);
+  EvaluateOptions options;
+  options.seen = [&seen](const Image<float>* lit) {
+    return lit == nullptr ? seen.counted() : seen.dark(*lit);
+  };
+  return measure_errors(camera, told(truth->photograph, progress), options);
+}
+
+Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
+                                          const Progress& progress) {
+  const Registration* registration = rig.registration();
+  if (registration == nullptr || registration->camera() != camera.camera_grid())
+    return other_camera(camera, rig.camera().camera_grid());
+  const SeenCells seen = SeenCells(camera, registration->corners());
+  EvaluateOptions options;
+  options.seen = [&seen](const Image<float>* lit) {
+    return lit == nullptr ? seen.counted() : seen.dark(*lit);
+  };
+  if (!rig.mosaic()) return measure_errors(camera, rig.camera(), options, progress);
+  SplitMosaic split(rig.camera(), *rig.mosaic());
+  return measure_errors(camera, split, options, progress);
+}
 
 Result<Judged> judge_by_truth(const TransportOperator& tensor, const std::string& rig,
                               const Progress& progress) {

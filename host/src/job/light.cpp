@@ -17,6 +17,7 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
+#include <numeric>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -198,9 +199,13 @@ Result<Relighter> Relighter::begin(std::shared_ptr<const CameraTransport> camera
     SYMRIG_TRY(relighter.options_.mosaic, parse_bayer(camera->parts().mosaic));
     SYMRIG_TRY(Image<float> flood, camera->apply(Image<float>(camera->projector_grid(), 1, 1.F)));
     Radiance mosaic = without_noise(one_channel(std::move(flood)));
-    // A pixel without a row has no colour to lend.
-    for (std::size_t i = 0; i < mosaic.valid.values().size(); ++i)
-      mosaic.valid.values()[i] = mosaic.mean.values()[i] > 0 ? 1 : 0;
+    // A pixel without a row, or in the dark, has no colour to lend.
+    constexpr double kDark = 1e-3;  // of the mean
+    const auto values = mosaic.mean.values();
+    const double mean =
+        std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+      mosaic.valid.values()[i] = static_cast<double>(values[i]) > kDark * mean ? 1 : 0;
     relighter.flood_mosaic_ = std::move(mosaic);
   }
   relighter.tensor_ = std::move(camera);

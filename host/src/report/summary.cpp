@@ -129,11 +129,17 @@ Json trouble_json(const RigTrouble& trouble) {
 Json camera_json(const CaptureSummary& summary) {
   if (!summary.camera) return nullptr;
   const CameraFacts& camera = *summary.camera;
-  return {{"grid", grid_json(camera.grid)},
-          {"rows", camera.rows},
-          {"coefficients", camera.coefficients},
-          {"bytes", camera.bytes},
-          {"seconds", camera.seconds}};
+  Json json{{"grid", grid_json(camera.grid)},
+            {"rows", camera.rows},
+            {"coefficients", camera.coefficients},
+            {"bytes", camera.bytes},
+            {"seconds", camera.seconds}};
+  json["estimated_error"] = camera.errors ? stated_errors_json(camera.errors->value) : Json(nullptr);
+  json["estimated_error_uncertainty"] =
+      camera.errors ? uncertainty_json(camera.errors->half_width) : Json(nullptr);
+  json["estimated_error_not_given"] =
+      not_given_json(camera.errors ? camera.errors->not_given : std::vector<ErrorNotGiven>());
+  return json;
 }
 
 }  // namespace
@@ -248,6 +254,8 @@ std::string settings_text(const CaptureSettings& settings) {
   const ExposureGoal usual;
   if (settings.exposure.longest_seconds != usual.longest_seconds)
     json["photograph_seconds"] = settings.exposure.longest_seconds;
+  // A camera's own pixels want finer ones than its cells.
+  if (settings.exposure.relative != usual.relative) json["exposure_relative"] = settings.exposure.relative;
   if (settings.split) json["split"] = name(*settings.split);
   if (settings.algorithm == Algorithm::dual)
     json.update({{"dual_threshold", settings.dual_threshold}, {"dual_subtracts", settings.dual_subtracts}});
@@ -263,7 +271,8 @@ std::string settings_text(const CaptureSettings& settings) {
 
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out, const TransportErrors* half_width,
-                            const std::vector<std::string>& differs, const TransportErrors* ideal) {
+                            const std::vector<std::string>& differs, const TransportErrors* ideal,
+                            const ErrorEstimate* camera) {
   Json json;
   json["command"] = "evaluate";
   json["scene"] = scene;
@@ -272,6 +281,9 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
   if (errors != nullptr) json["error"] = stated_errors_json(*errors);
   if (ideal != nullptr) json["error_ideal"] = stated_errors_json(*ideal);
   if (half_width != nullptr) json["error_uncertainty"] = uncertainty_json(*half_width);
+  if (camera != nullptr)
+    json["camera"] = {{"error", stated_errors_json(camera->value)},
+                      {"error_uncertainty", uncertainty_json(camera->half_width)}};
   json["held_out"] = report::held_out_json(held_out);
   return json_text(json);
 }

@@ -195,4 +195,18 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   });
 }
 
+Result<std::optional<CameraTruth>> camera_truth(const SceneUri& uri) {
+  if (!uri.own_camera()) return std::optional<CameraTruth>();
+  SYMRIG_TRY(sim::Bench made, sim::make_bench(uri));
+  const auto bench = std::make_shared<sim::Bench>(std::move(made));
+  const auto photograph = [bench](const Image<float>& pattern) -> Result<Image<float>> {
+    Image<float> seen = bench->view->see(part_of(pattern, 1), 0);
+    if (std::ranges::none_of(pattern.values(), [](float v) { return v < 0; })) return seen;
+    const Image<float> less = bench->view->see(part_of(pattern, -1), 0);
+    std::ranges::transform(seen.values(), less.values(), seen.values().begin(), std::minus<>());
+    return seen;
+  };
+  return std::optional(CameraTruth{photograph, bench->view->corners()});
+}
+
 }  // namespace symrig

@@ -23,6 +23,8 @@ namespace {
 
 using CameraParts = CameraTransport::Parts;
 
+constexpr const char* kCameraGroup = "camera";
+
 /// Colours of the filters of 2 x 2 pixels, row by row. "": each pixel sees all channels.
 constexpr std::array<std::string_view, 5> kMosaics{"", "RGGB", "GRBG", "GBRG", "BGGR"};
 
@@ -54,7 +56,7 @@ bool write_triples(hid_t group, const char* name, const std::vector<std::array<s
 
 template <class T>
 bool write_run(hid_t group, const char* name, const std::vector<T>& values) {
-  return h5::write_dataset<T>(group, name, {values.size()}, values);
+  return h5::write_dataset<T>(group, name, {values.size()}, values, h5::Storing::packed);
 }
 
 }  // namespace
@@ -78,9 +80,14 @@ bool write_camera(hid_t file, const CameraTransport& camera, const Work& work) {
          write_run(group, "codes", parts.codes);
 }
 
+Result<bool> has_camera(const Object& file, const Head& head) {
+  if (!head.may_have_camera) return false;
+  return h5::exists(file, kCameraGroup);
+}
+
 Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, const Head& head,
                                                            const BlockTree& cells) {
-  SYMRIG_TRY(const bool is_there, h5::exists(file, kCameraGroup));
+  SYMRIG_TRY(const bool is_there, has_camera(file, head));
   if (!is_there) return std::shared_ptr<const CameraTransport>();
   SYMRIG_TRY(const Object group, h5::open_group(file, kCameraGroup));
   CameraParts parts;
@@ -90,7 +97,6 @@ Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, c
   SYMRIG_TRY(parts.mosaic, h5::read_text(group, "mosaic"));
   if (std::ranges::find(kMosaics, parts.mosaic) == kMosaics.end())
     return damaged_camera(fmt::format("mosaic' is '{}'", parts.mosaic));
-  if (!parts.mosaic.empty() && head.channels != 3) return damaged_camera("mosaic' needs three channels");
   SYMRIG_TRY(const auto bases, read_triples(group, "bases"));
   std::int64_t first = 0;
   for (const auto& [begin, end, rank] : bases) {
@@ -102,11 +108,15 @@ Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, c
   for (const auto& [channel, columns, pixels] : groups) parts.groups.push_back({channel, columns, pixels});
   SYMRIG_TRY(parts.basis_values, read_run<Half>(group, "basis_values"));
   SYMRIG_TRY(parts.columns, read_run<std::int32_t>(group, "columns"));
-  SYMRIG_TRY(parts.middles, read_run<float>(group, "middles"));
-  SYMRIG_TRY(parts.steps, read_run<float>(group, "steps"));
+  SYMRIG_TRY(parts.middles, read_run<Half>(group, "middles"));
+  SYMRIG_TRY(parts.steps, read_run<Half>(group, "steps"));
   SYMRIG_TRY(parts.pixels, read_run<std::int32_t>(group, "pixels"));
   SYMRIG_TRY(parts.brightness, read_run<float>(group, "brightness"));
   SYMRIG_TRY(parts.codes, read_run<std::int8_t>(group, "codes"));
+  // Pictures of a damaged file must not take all memory: at least one of so many samples has a row.
+  constexpr std::int64_t kMostSamplesARow = 1024;
+  if (parts.camera.size() * head.channels / kMostSamplesARow > std::ssize(parts.pixels))
+    return damaged_camera("grid' is too large for its pixels");
   Result<CameraTransport> camera = CameraTransport::make(std::move(parts));
   if (!camera) return impossible(fmt::format("group '{}': {}", kCameraGroup, camera.error().what));
   return std::make_shared<const CameraTransport>(*std::move(camera));

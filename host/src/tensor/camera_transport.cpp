@@ -60,18 +60,26 @@ std::string_view misfit_of_groups(const CameraParts& parts) {
   return codes == std::ssize(parts.codes) ? "" : "the number of codes";
 }
 
-/// Two rows of one pixel would be written by two threads. A camera with hardly any rows is a damaged file
-/// that would take all memory.
+/// Of a camera whose pixels have one colour each: whether the filter of this pixel lets the channel through.
+bool filter_passes(const CameraParts& parts, std::int32_t pixel, std::int32_t channel) {
+  if (parts.mosaic.empty()) return true;
+  const std::int32_t row = pixel / parts.camera.cols, col = pixel % parts.camera.cols;
+  return parts.mosaic[2 * (row % 2) + col % 2] == "RGB"[channel];
+}
+
+/// Two rows of one pixel would be written by two threads.
 std::string_view misfit_of_pixels(const CameraParts& parts) {
-  constexpr std::int64_t kMostPixelsARow = 1024;
   const std::int64_t camera = parts.camera.size();
-  if (camera < 1 || camera / kMostPixelsARow > std::ssize(parts.pixels)) return "the size of the camera";
+  if (camera < 1) return "the size of the camera";
+  const bool filters = parts.channels == 3 && parts.mosaic.size() == 4;
+  if (!parts.mosaic.empty() && !filters) return "the colour filters";
   std::vector<std::int64_t> named;  // channel after channel
   named.reserve(parts.pixels.size());
   for (const CameraTransport::Group& group : parts.groups)
     for (std::int32_t i = 0; i < group.pixels; ++i) {
       const std::int32_t pixel = parts.pixels[named.size()];
       if (pixel < 0 || pixel >= camera) return "the number of a pixel";
+      if (!filter_passes(parts, pixel, group.channel)) return "a row in a colour that its pixel does not see";
       named.push_back(group.channel * camera + pixel);
     }
   std::ranges::sort(named);
@@ -83,7 +91,8 @@ std::string_view misfit_of_sizes(const CameraParts& parts) {
   for (const CameraTransport::Group& group : parts.groups) {
     float most = 0, brightest = 0;
     for (std::int32_t k = 0; k < group.columns; ++k, ++column) {
-      const float size = std::abs(parts.middles[column]) + 128 * std::abs(parts.steps[column]);
+      const float size =
+          std::abs(from_half(parts.middles[column])) + 128 * std::abs(from_half(parts.steps[column]));
       if (!(size < CameraTransport::kLargest)) return "the size of a coefficient";
       most = std::max(most, size);
     }
@@ -187,7 +196,8 @@ void CameraTransport::apply_to(const Image<float>* patterns, int count, Image<fl
     std::array<float, Lights> middle{};  // Σ middle_k x_k
     for (std::size_t k = 0; k < columns; ++k) {
       const Column column = parts_.columns[place.column + k];
-      const float m = parts_.middles[place.column + k], step = parts_.steps[place.column + k];
+      const float m = from_half(parts_.middles[place.column + k]),
+                  step = from_half(parts_.steps[place.column + k]);
       for (int l = 0; l < count; ++l) {
         const float x =
             column >= 0 ? of_bases[std::size_t{1} * column * Lights + l] : patterns[l].values()[-1 - column];
@@ -248,7 +258,8 @@ Result<Image<float>> CameraTransport::adjoint(const Image<float>& picture) const
       for (std::int32_t k = 0; k < group.columns; ++k) sum[k] += static_cast<float>(codes[k]) * y;
     }
     for (std::int32_t k = 0; k < group.columns; ++k)
-      sum[k] = parts_.middles[place.column + k] * bright + parts_.steps[place.column + k] * sum[k];
+      sum[k] = from_half(parts_.middles[place.column + k]) * bright +
+               from_half(parts_.steps[place.column + k]) * sum[k];
   });
   Image<float> light(projector_grid());
   const std::size_t columns =
@@ -297,22 +308,30 @@ std::vector<float> brightness_of(std::span<const float> rows, std::size_t column
     mean += one / static_cast<double>(pixels);
   }
   std::vector<float> brightness;
+  brightness.reserve(pixels);
   for (const double one : bright)
     brightness.push_back(mean > 0 ? static_cast<float>(std::max(one, kDarkest * mean)) : 1.F);
   return brightness;
 }
 
+/// The half that is not below a value ≥ 0.
+Half half_above(float value) {
+  const Half half = tensor::to_half(value);
+  return from_half(half) < value ? static_cast<Half>(half + 1) : half;
+}
+
 /// Codes of one column, whose values become what the codes have left.
 void pack_column(CameraTransport::Column column, std::vector<float>& values, PackedRows& packed,
                  std::vector<std::int8_t>& codes) {
-  constexpr float kCodes = 254;  // −127 .. 127
+  constexpr float kCodes = 127;
   const auto [least, most] = std::ranges::minmax(values);
-  const float middle = least + (most - least) / 2, step = (most - least) / kCodes;
   packed.columns.push_back(column);
-  packed.middles.push_back(middle);
-  packed.steps.push_back(step);
+  packed.middles.push_back(tensor::to_half(least + (most - least) / 2));
+  const float middle = from_half(packed.middles.back());
+  packed.steps.push_back(half_above(std::max(most - middle, middle - least) / kCodes));
+  const float step = from_half(packed.steps.back());
   for (float& value : values) {
-    const float code = step > 0 ? std::clamp(std::round((value - middle) / step), -127.F, 127.F) : 0;
+    const float code = step > 0 ? std::clamp(std::round((value - middle) / step), -kCodes, kCodes) : 0;
     codes.push_back(static_cast<std::int8_t>(code));
     value -= middle + step * code;
   }
@@ -322,7 +341,9 @@ void pack_column(CameraTransport::Column column, std::vector<float>& values, Pac
 
 PackedRows pack_rows(std::span<const CameraTransport::Column> columns, std::span<const float> shown,
                      std::span<const float> rows, std::span<const float> light) {
-  constexpr double kCoarsest = 5e-4;  // of a pixel's light; the rms error is 0.29 of a step
+  constexpr double kCoarsest = 5e-4;     // of a pixel's light; the rms error is 0.29 of a step
+  constexpr float kLargestHalf = 16384;  // so that the smallest of a group are whole halves too
+  constexpr double kNegligible = 1e-4;   // of a pixel's light
   PackedRows packed;
   const std::size_t pixels = light.size();
   if (columns.empty()) {
@@ -330,6 +351,10 @@ PackedRows pack_rows(std::span<const CameraTransport::Column> columns, std::span
     return packed;
   }
   packed.brightness = brightness_of(rows, columns.size());
+  float largest = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    largest = std::max(largest, std::abs(rows[i]) / packed.brightness[i / columns.size()]);
+  for (float& one : packed.brightness) one *= largest > 0 ? largest / kLargestHalf : 1;
   double usual = 0;  // light in units of brightness
   for (std::size_t i = 0; i < pixels; ++i)
     usual += std::abs(static_cast<double>(light[i])) / static_cast<double>(packed.brightness[i]);
@@ -337,9 +362,14 @@ PackedRows pack_rows(std::span<const CameraTransport::Column> columns, std::span
   std::vector<std::int8_t> codes;  // column by column
   std::vector<float> values(pixels);
   for (std::size_t k = 0; k < columns.size(); ++k) {
-    for (std::size_t i = 0; i < pixels; ++i) values[i] = rows[i * columns.size() + k] / packed.brightness[i];
+    double most = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      values[i] = rows[i * columns.size() + k] / packed.brightness[i];
+      most = std::max(most, static_cast<double>(std::abs(values[i]) * shown[k]));
+    }
+    if (most <= kNegligible * usual) continue;
     pack_column(columns[k], values, packed, codes);
-    if (static_cast<double>(packed.steps.back()) * static_cast<double>(shown[k]) > kCoarsest * usual)
+    if (static_cast<double>(from_half(packed.steps.back()) * shown[k]) > kCoarsest * usual)
       pack_column(columns[k], values, packed, codes);
   }
   packed.codes.resize(codes.size());

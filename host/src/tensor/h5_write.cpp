@@ -46,7 +46,8 @@ bool write_attribute(hid_t object, const char* name, double value) {
 
 namespace {
 
-Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape) {
+Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape,
+                   Storing storing = Storing::plain) {
   const std::vector<hsize_t> sizes(shape.begin(), shape.end());
   const Handle space(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose);
   const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
@@ -56,6 +57,11 @@ Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape
     const hsize_t row = std::max<hsize_t>(count(shape) / sizes[0], 1);
     chunk[0] = std::clamp<hsize_t>(hsize_t{kRunChunk} / row, 1, sizes[0]);
     H5Pset_chunk(create.id(), static_cast<int>(chunk.size()), chunk.data());
+    if (storing == Storing::packed) {
+      constexpr unsigned kFast = 1;
+      H5Pset_shuffle(create.id());
+      H5Pset_deflate(create.id(), kFast);
+    }
     H5Pset_fletcher32(create.id());
   }
   return {H5Dcreate2(place, name, type, space.id(), H5P_DEFAULT, create.id(), H5P_DEFAULT), H5Dclose};
@@ -63,8 +69,9 @@ Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape
 
 }  // namespace
 
-bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data) {
-  Handle dataset = new_dataset(place, name, type, shape);
+bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data,
+                   Storing storing) {
+  Handle dataset = new_dataset(place, name, type, shape, storing);
   if (!dataset.ok()) return false;
   if (count(shape) > 0 && H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) return false;
   return dataset.close();

@@ -86,10 +86,14 @@ inline constexpr std::size_t kRunChunk = std::size_t{1} << 20;
 bool write_attribute(hid_t object, const char* name, const std::string& text);
 bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values);
 bool write_attribute(hid_t object, const char* name, double value);
-bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data);
+/// How the chunks of a dataset are stored: as they are, or with shuffle and gzip.
+enum class Storing { plain, packed };
+bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data,
+                   Storing storing = Storing::plain);
 template <class T>
-bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<const T> data) {
-  return write_dataset(place, name, native<T>(), shape, data.data());
+bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<const T> data,
+                   Storing storing = Storing::plain) {
+  return write_dataset(place, name, native<T>(), shape, data.data(), storing);
 }
 
 /// A new dataset of one dimension, written as its values come.

@@ -117,6 +117,7 @@ Result<Head> read_head(const Object& file) {
     return Error{ErrorCode::bad_format,
                  "file version " + std::to_string(major[0]) + ", this program reads versions 1 and 2",
                  "use the symrig release that wrote it"};
+  SYMRIG_TRY(const std::vector<std::int32_t> minor, h5::read_integers(file, "version_minor", 1));
   SYMRIG_TRY(const std::vector<std::int32_t> symmetric, h5::read_integers(file, "symmetric", 1));
   SYMRIG_TRY(const std::vector<std::int32_t> channels, h5::read_integers(file, "channels", 1));
   SYMRIG_TRY(const Grid camera, h5::read_grid(file, "camera_grid"));
@@ -126,7 +127,7 @@ Result<Head> read_head(const Object& file) {
     return tensor::damaged("attribute 'symmetric' is neither 0 nor 1");
   if (symmetric[0] == 1 && !(camera == projector))
     return tensor::damaged("a symmetric tensor with two different grids");
-  return Head{major[0], symmetric[0] == 1, channels[0], camera, projector};
+  return Head{major[0], symmetric[0] == 1, channels[0], camera, projector, major[0] == 2 && minor[0] >= 1};
 }
 
 Result<HeldOut> read_held_out(const Object& file, const Head& head, const std::string& path) {
@@ -168,7 +169,7 @@ Result<StoredScene> read_all(const Object& file, const tensor::KeepLeaves& keep,
   if (with_camera) {
     SYMRIG_TRY(scene.camera, tensor::read_camera(file, head, projector));
   } else {
-    SYMRIG_TRY(scene.camera_left_out, h5::exists(file, tensor::kCameraGroup));
+    SYMRIG_TRY(scene.camera_left_out, tensor::has_camera(file, head));
   }
   return scene;
 }

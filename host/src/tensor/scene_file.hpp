@@ -55,6 +55,7 @@ struct Head {
   bool symmetric;
   int channels;
   Grid camera, projector;
+  bool may_have_camera;  ///< since version 2.1; in older files the name is free
 };
 
 /// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or
@@ -63,7 +64,8 @@ Result<std::int32_t> read_count(const Object& file, const char* attribute, const
 
 /// The group `camera`: T on the camera's own pixels.
 bool write_camera(hid_t file, const CameraTransport& camera, const Work& work);
-constexpr const char* kCameraGroup = "camera";
+/// Whether the file has it.
+Result<bool> has_camera(const Object& file, const Head& head);
 /// The inverse. nullptr: the file has no such group. cells: the tree of the projector.
 /// fails: bad_format, bad_value.
 Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, const Head& head,

@@ -38,6 +38,14 @@ class OpenScene {
     EXPECT_GE(H5Awrite(at, H5T_NATIVE_INT32, &value), 0);
     H5Aclose(at);
   }
+  void set_camera_grid(std::int32_t rows, std::int32_t cols) const {
+    const hid_t group = H5Gopen2(file_, "camera", H5P_DEFAULT);
+    const hid_t at = H5Aopen(group, "grid", H5P_DEFAULT);
+    const std::int32_t grid[2]{rows, cols};
+    EXPECT_GE(H5Awrite(at, H5T_NATIVE_INT32, grid), 0);
+    H5Aclose(at);
+    H5Gclose(group);
+  }
   /// One element of a dataset of whole numbers or of floats.
   template <class T>
   void set(const char* dataset, std::size_t element, T value) const {
@@ -205,8 +213,27 @@ TEST_F(SceneRules, a_column_of_the_camera_that_is_not_there) {
   OpenScene(file_).set("camera/columns", 2, std::int32_t{-17});
   expect_refused("the number of a column");
 }
+TEST_F(SceneRules, a_camera_that_has_hardly_any_rows) {
+  OpenScene(file_).set_camera_grid(1 << 15, 1 << 15);
+  expect_refused("'camera/grid'");
+}
+// Before 2.1 the name was free for other programs.
+TEST_F(SceneRules, an_older_file_may_have_anything_of_this_name) {
+  OpenScene(file_).set("camera/bases", 1, std::int32_t{17});
+  OpenScene(file_).set("version_minor", 0);
+  const auto read = load_scene(file_);
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_EQ(read->camera, nullptr);
+}
+TEST_F(SceneRules, a_reader_may_leave_the_camera_out) {
+  const auto read = load_scene(file_, {.camera = false});
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_EQ(read->camera, nullptr);
+  EXPECT_TRUE(read->camera_left_out);
+  EXPECT_FALSE(load_scene(file_)->camera_left_out);
+}
 TEST_F(SceneRules, a_coefficient_of_the_camera_that_no_scene_has) {
-  OpenScene(file_).set("camera/steps", 2, 0x1p100F);
+  OpenScene(file_).set("camera/brightness", 2, 0x1p59F);
   expect_refused("the size of a coefficient");
 }
 TEST_F(SceneRules, a_brightness_that_is_not_finite) {

@@ -6,7 +6,9 @@
 #include "calibration/camera_fit/cell_rows.hpp"
 #include "calibration/camera_fit/footprint.hpp"
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/statistics.hpp"
+#include "symrig/calibration/camera_errors.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/image/outline.hpp"
 #include "symrig/sim/virtual_rig.hpp"
@@ -102,6 +104,8 @@ struct Bench {
   std::unique_ptr<PhotographLog> log;
   std::optional<Registration> registration;
   TransportTensor tensor, on_ideal;
+  std::vector<std::int64_t> held_out;
+  NoiseCheck noise;
 };
 
 /// Keeps the camera's own photographs.
@@ -134,7 +138,10 @@ Bench captured(const std::string& scene, int size) {
   bench.log = make_memory_log(bench.rig->grid(), bench.rig->channels(), bench.rig->camera_grid());
   Keeping keeping(*bench.rig, *bench.log);
   RegisteredProbe probe(keeping, *bench.registration->weights(), bench.registration->error());
-  bench.tensor = capture(probe, {})->tensor;
+  const CaptureResult result = *capture(probe, {});
+  bench.tensor = result.tensor;
+  bench.held_out = result.held_out_at;
+  bench.noise = result.noise_check;
   return bench;
 }
 
@@ -242,6 +249,69 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CameraFitOf,
                            std::erase(name, '-');
                            return name;
                          });
+
+// What held-out photographs tell, against the truth: each interval of 95 % holds it.
+TEST(CameraErrors, are_what_the_estimate_says) {
+  for (const char* scene : {"gummy", "vgroove-textured"}) {
+    const Bench bench = captured(scene, 24);
+    ASSERT_GE(bench.held_out.size(), 6) << scene;
+    const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log, {.held_out = bench.held_out});
+    ASSERT_TRUE(fit.ok()) << fit.error().line();
+    const CameraTransport& camera = fit->transport;
+    const auto said = estimate_camera_errors(camera, SeenCells(camera, bench.registration->corners()),
+                                             *bench.log, bench.held_out, bench.noise);
+    ASSERT_TRUE(said.ok()) << said.error().line();
+    EXPECT_TRUE(said->not_given.empty());
+    const SeenCells exact(camera, bench.rig->exact_corners());
+    EvaluateOptions options;
+    options.seen = [&](const Image<float>* lit) {
+      return lit == nullptr ? exact.counted() : exact.dark(*lit);
+    };
+    const auto truth = [&](const Image<float>& p) -> Result<Image<float>> {
+      Image<float> more(p.grid()), less(p.grid());
+      for (std::size_t i = 0; i < p.values().size(); ++i)
+        more.values()[i] = std::max(p.values()[i], 0.F), less.values()[i] = std::max(-p.values()[i], 0.F);
+      Image<float> seen = bench.rig->ideal_photograph(more);
+      const Image<float> other = bench.rig->ideal_photograph(less);
+      for (std::size_t i = 0; i < seen.values().size(); ++i) seen.values()[i] -= other.values()[i];
+      return seen;
+    };
+    const TransportErrors is = *evaluate(camera, truth, options);
+    using E = TransportErrors;
+    for (const auto field : {&E::frobenius, &E::indirect, &E::flood, &E::relight_bar, &E::relight_random,
+                             &E::relight_natural, &E::bar_indirect}) {
+      EXPECT_GT(is.*field, 0);
+      EXPECT_NEAR(said->value.*field, is.*field, said->half_width.*field) << scene;
+    }
+    // The estimates that rest on many samples are narrow.
+    EXPECT_LE(said->half_width.bar_indirect, said->value.bar_indirect);
+    EXPECT_LE(said->half_width.indirect, said->value.indirect);
+  }
+}
+
+// A camera pixel is dark if it, and a tenth of a cell around it, sees no lit cell.
+TEST(SeenCells, are_those_of_the_map) {
+  CameraTransport::Parts parts;
+  parts.cells = BlockTree(Grid{4, 4});
+  parts.camera = {3, 3};
+  parts.groups = {{0, 0, 9}};
+  for (int k = 0; k < 9; ++k) parts.pixels.push_back(k), parts.brightness.push_back(0);
+  const CameraTransport camera = *CameraTransport::make(std::move(parts));
+  // Pixels of 0.7 cells; the first one begins 0.05 cells before the cells do.
+  Image<double> map({4, 4}, 2);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) map.at(y, x, 0) = -0.05 + 0.7 * y, map.at(y, x, 1) = 1.15 + 0.7 * x;
+  const std::vector<CornerMap> maps{map};
+  const SeenCells seen(camera, maps);
+  EXPECT_EQ(seen.counted(), (std::vector<char>{0, 0, 0, 1, 1, 1, 1, 1, 1}));
+  EXPECT_EQ(seen.cell(0, 8), 1 * 4 + 2);  // rows 1.35..2.05, columns 2.55..3.25: cells 1..2 and 2..3
+  Pattern lit({4, 4});
+  lit.at(0, 1) = 1;
+  // Row 1 of the camera: rows 0.65..1.35. Columns 1.15..1.85, 1.85..2.55, 2.55..3.25 of the cells.
+  EXPECT_EQ(seen.dark(lit), (std::vector<char>{0, 0, 0, 0, 0, 1, 1, 1, 1}));
+  EXPECT_EQ(seen.dark(Pattern({4, 4})), seen.counted());
+  EXPECT_EQ(seen.dark(Pattern({4, 4}, 1, 1.F)), std::vector<char>(9));
+}
 
 // Each pixel of a mosaic against the truth in the channel of its own filter.
 TEST(CameraFit, of_a_mosaic_errs_little_more_than_the_ideal_rig) {

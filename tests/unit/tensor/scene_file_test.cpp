@@ -42,8 +42,8 @@ class SceneFile : public testing::Test {
     held.pattern.values()[1] = 1;
     held.photograph.values()[2] = 0.5F;
     scene.held_out.push_back(held);
-    auto camera = test::small_camera(3, scene.tensor.projector_tree());
-    camera.mosaic = "GRBG";
+    auto camera = symmetric ? test::small_camera(3, scene.tensor.projector_tree())
+                            : test::small_mosaic(scene.tensor.projector_tree());
     scene.camera = std::make_shared<const CameraTransport>(*CameraTransport::make(std::move(camera)));
     return scene;
   }

@@ -28,8 +28,9 @@ inline CameraTransport::Parts small_camera(int channels = 1, BlockTree cells = B
     for (const auto& columns : {first, second})
       for (const CameraTransport::Column column : columns) {
         parts.columns.push_back(column);
-        parts.middles.push_back(0.25F * static_cast<float>(column + 2) + static_cast<float>(channel));
-        parts.steps.push_back(0.0078125F);
+        parts.middles.push_back(
+            tensor::to_half(0.25F * static_cast<float>(column + 2) + static_cast<float>(channel)));
+        parts.steps.push_back(tensor::to_half(0.0078125F));
       }
     for (std::int32_t pixel = 0; pixel < 14; ++pixel) {
       parts.pixels.push_back(13 - pixel);
@@ -40,6 +41,30 @@ inline CameraTransport::Parts small_camera(int channels = 1, BlockTree cells = B
       parts.codes.push_back(static_cast<std::int8_t>(code - 127));
     }
   }
+  return parts;
+}
+
+/// The same with the filters GRBG: each pixel has a row in its own colour.
+inline CameraTransport::Parts small_mosaic(BlockTree cells = BlockTree(Grid{2, 3})) {
+  CameraTransport::Parts parts = small_camera(1, std::move(cells));
+  parts.channels = 3;
+  parts.mosaic = "GRBG";
+  const std::vector<CameraTransport::Column> columns{0, -2};
+  parts.groups.clear(), parts.columns.clear(), parts.pixels.clear(), parts.codes.clear();
+  for (std::int32_t channel = 0; channel < 3; ++channel) {
+    std::int32_t count = 0;
+    for (std::int32_t pixel = 0; pixel < 14; ++pixel)
+      if (parts.mosaic[2 * (pixel / 5 % 2) + pixel % 5 % 2] == "RGB"[channel]) {
+        parts.pixels.push_back(pixel);
+        parts.codes.insert(parts.codes.end(), {static_cast<std::int8_t>(7 * pixel), -20});
+        ++count;
+      }
+    parts.groups.push_back({channel, 2, count});
+    parts.columns.insert(parts.columns.end(), columns.begin(), columns.end());
+  }
+  parts.middles.assign(parts.columns.size(), tensor::to_half(0.5F));
+  parts.steps.assign(parts.columns.size(), tensor::to_half(0.0009765625F));
+  parts.brightness.assign(parts.pixels.size(), 1.5F);
   return parts;
 }
 
@@ -59,9 +84,10 @@ inline std::vector<std::vector<double>> matrix_of(const CameraTransport::Parts& 
   for (const CameraTransport::Group& group : parts.groups) {
     for (std::int32_t i = 0; i < group.pixels; ++i, ++pixel)
       for (std::int32_t k = 0; k < group.columns; ++k, ++code) {
-        const double a = static_cast<double>(parts.brightness[pixel]) *
-                         (static_cast<double>(parts.middles[column + k]) +
-                          static_cast<double>(parts.steps[column + k]) * parts.codes[code]);
+        const double a =
+            static_cast<double>(parts.brightness[pixel]) *
+            (static_cast<double>(tensor::from_half(parts.middles[column + k])) +
+             static_cast<double>(tensor::from_half(parts.steps[column + k])) * parts.codes[code]);
         std::vector<double>& row = rows[group.channel * camera + parts.pixels[pixel]];
         const CameraTransport::Column number = parts.columns[column + k];
         if (number < 0) row[-1 - number] += a;

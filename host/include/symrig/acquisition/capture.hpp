@@ -187,8 +187,9 @@ struct CaptureResult {
   std::vector<double> error_per_level = {};  ///< estimated frobenius after each level; may be empty
   std::vector<double> error_per_level_half_width = {};
   NoiseCheck noise_check = {};
-  std::vector<HeldOut> held_out = {};  ///< photographs that no part of the tensor was made from
-  std::int64_t suspects = 0;           ///< leaves that the held-out photographs find wrong and that stayed so
+  std::vector<HeldOut> held_out = {};          ///< photographs that no part of the tensor was made from
+  std::vector<std::int64_t> held_out_at = {};  ///< their numbers in the log
+  std::int64_t suspects = 0;  ///< leaves that the held-out photographs find wrong and that stayed so
   double refine_seconds =
       0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
   /// In the order of the search. A level comes again where its leaves were split later, and in the next

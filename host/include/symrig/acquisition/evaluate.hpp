@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <span>
+#include <vector>
 
 namespace symrig {
 
@@ -20,6 +21,9 @@ using TrueTransport = std::function<Result<Image<float>>(const Image<float>& pat
 struct EvaluateOptions {
   int probes = 12;  ///< random vectors for frobenius and indirect
   unsigned seed = 7;
+  /// Of a camera with pixels of its own: 1 for each sample [channel][pixel] that counts. lit: only those that
+  /// see no lit cell; nullptr: all. Empty: pixel i sees cell i.
+  std::function<std::vector<char>(const Image<float>* lit)> seen = {};
 };
 
 /// fails: size_mismatch, whatever truth fails with.

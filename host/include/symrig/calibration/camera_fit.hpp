@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
@@ -17,8 +18,9 @@
 namespace symrig {
 
 struct CameraFitOptions {
-  /// Standard deviation of a pixel's coefficients of low-rank leaves, as a share of those of its cell.
-  double leaf_spread = 0.3;
+  /// Standard deviation of a pixel's coefficients of low-rank leaves, as a share of those of its cell. The
+  /// part of a cell that a pixel sees may face other light than the cell as a whole.
+  double leaf_spread = 1;
   /// Share of the pixel's flood-lit light that the model may miss in every photograph.
   double floor = 3e-5;
   /// Of a camera with a colour mosaic, whose photographs have one channel and whose cells have three. A pixel
@@ -45,6 +47,10 @@ struct CameraFit {
 /// of the flood-lit scene); interrupted; as the log.
 Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
                              const PhotographLog& photographs, const CameraFitOptions& options = {});
+
+/// How well photographs on the cells must be known, so that each pixel is known well enough for its row.
+/// noise_share: variance of a cell as a share of that of its pixels (CellWeights::noise_share).
+ExposureGoal goal_of_pixels(const ExposureGoal& goal, double noise_share);
 
 /// Bytes that fit_camera() needs, its result included: about.
 std::int64_t camera_fit_bytes(const TransportTensor& tensor, Grid camera, std::int64_t photographs);

@@ -75,7 +75,8 @@ struct CaptureJob {
   std::string output;   ///< scene.h5; empty: the scene is only returned, and there is no log
   LogOptions log = {};  ///< of `output`.log
   /// Bytes of memory that the process may use; 0: usual_memory(). What needs more is in scratch files beside
-  /// the output. Only time depends on it, never the result.
+  /// the output. Only time depends on it, but for the camera's own pixels: if they need more, they are left
+  /// out.
   std::int64_t memory = 0;
   std::string json = {};            ///< file of the capture's facts (capture_json); empty: none
   CaptureOptions options = {};      ///< its member `log` is set by the job

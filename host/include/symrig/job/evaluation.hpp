@@ -6,7 +6,9 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/calibration/registered_probe.hpp"
 #include "symrig/report/summary.hpp"
+#include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_operator.hpp"
 
@@ -36,6 +38,15 @@ TrueTransport true_transport_of(const StoredScene& scene);
 /// Compares with new photographs of a rig. progress: one step for each photograph; may be empty.
 /// fails: as check_aligned and Probe::measure; size_mismatch (the rig of another scene); interrupted.
 Result<Judged> judge_by_rig(const TransportOperator& tensor, Probe& rig, const Progress& progress);
+
+/// Compares T on the camera's own pixels with the true transport of a `sim:` bench, seen by its exact map.
+/// fails: as judge_by_truth; size_mismatch (a rig without such a camera).
+Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const std::string& rig,
+                                            const Progress& progress);
+
+/// The same with new photographs of a registered rig. fails: as judge_by_rig.
+Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
+                                          const Progress& progress);
 
 /// Compares with photographs that the scene file has kept, one result each.
 /// fails: size_mismatch.

@@ -59,6 +59,8 @@ struct CameraFacts {
   std::int64_t coefficients = 0;  ///< of all rows
   std::int64_t bytes = 0;
   double seconds = 0;  ///< that the fit took on the host
+  /// From photographs that were held out; none: none were.
+  std::optional<ErrorEstimate> errors = {};
 };
 
 /// The facts of `symrig capture --json` beside the tensor. Times are seconds on the host, unless stated.
@@ -115,12 +117,12 @@ Result<HeldOutError> held_out_error(const TransportOperator& tensor, const HeldO
 
 /// The JSON of `symrig evaluate --json`. errors (no truth given) and half_width may be null. differs:
 /// differences_of_scene(). ideal: errors against T of the ideal coaxial rig, if `errors` refer to that of a
-/// bench.
+/// bench. camera: errors on the camera's own pixels, or null.
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out,
                             const TransportErrors* half_width = nullptr,
                             const std::vector<std::string>& differs = {},
-                            const TransportErrors* ideal = nullptr);
+                            const TransportErrors* ideal = nullptr, const ErrorEstimate* camera = nullptr);
 
 /// The same errors without a scene file: rig, error, error_uncertainty, and error_ideal unless ideal is null.
 std::string rig_errors_json(const std::string& rig, const TransportErrors& errors,

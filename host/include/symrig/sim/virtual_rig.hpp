@@ -84,6 +84,14 @@ Result<RigParts> virtual_rig_parts(std::string_view uri, VirtualRigHooks hooks =
 /// fails: as make_scene.
 Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri);
 
+/// T of a simulated bench on its camera's own pixels.
+struct CameraTruth {
+  TrueTransport photograph;        ///< also of signed patterns; a ghost is in it
+  std::vector<CornerMap> corners;  ///< one map, or one for each channel
+};
+/// None: the camera shares the cells.  fails: as make_scene.
+Result<std::optional<CameraTruth>> camera_truth(const SceneUri& uri);
+
 /// The gain ratio of such a bench on the cells, exactly: GainRatio. Empty: the camera shares the cells.
 /// fails: as make_scene.
 Result<Image<float>> bench_gain(const SceneUri& uri);

@@ -49,11 +49,11 @@ class CameraTransport final : public TransportOperator {
     std::vector<LightBasis> bases;            ///< of all channels
     std::vector<std::uint16_t> basis_values;  ///< halves; of each basis [rank × (end − begin)]
     std::vector<Group> groups;
-    std::vector<Column> columns;        ///< of each group
-    std::vector<float> middles, steps;  ///< of each column of each group
-    std::vector<std::int32_t> pixels;   ///< of each group: raster order of the camera
-    std::vector<float> brightness;      ///< of each pixel
-    std::vector<std::int8_t> codes;     ///< of each group [pixels × columns]
+    std::vector<Column> columns;                ///< of each group
+    std::vector<std::uint16_t> middles, steps;  ///< halves; of each column of each group
+    std::vector<std::int32_t> pixels;           ///< of each group: raster order of the camera
+    std::vector<float> brightness;              ///< of each pixel
+    std::vector<std::int8_t> codes;             ///< of each group [pixels × columns]
   };
 
   /// No coefficient, and no value that a sum over a pattern multiplies, is as large as this.
@@ -97,16 +97,17 @@ class CameraTransport final : public TransportOperator {
 /// The rows of the pixels of one cell, as CameraTransport has them.
 struct PackedRows {
   std::vector<CameraTransport::Column> columns;
-  std::vector<float> middles, steps;  ///< of each column
-  std::vector<float> brightness;      ///< of each pixel
-  std::vector<std::int8_t> codes;     ///< [pixels × columns]
+  std::vector<std::uint16_t> middles, steps;  ///< halves, of each column
+  std::vector<float> brightness;              ///< of each pixel
+  std::vector<std::int8_t> codes;             ///< [pixels × columns]
 };
 
 /// Packs rows of coefficients [pixels × columns]. A column whose steps are too coarse for the pixels' light
-/// is named twice: the second codes are what the first have left.
+/// is named twice: the second codes are what the first have left. A column that adds next to nothing to any
+/// of the pixels is left out.
 ///
 /// shown: the most that light shows to each column. light: of each pixel, flood-lit. error: of each
-/// coefficient, times what is shown: about 1e-4 of the pixel's light, or less.
+/// coefficient, times what is shown: about 1e-4 of the pixels' usual light, or less.
 PackedRows pack_rows(std::span<const CameraTransport::Column> columns, std::span<const float> shown,
                      std::span<const float> rows, std::span<const float> light);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/errors/error_estimate.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/image/image.hpp"
 
 #include <algorithm>
@@ -303,20 +304,54 @@ void FloodSum::finish(EnergySums& to) const {
   }
 }
 
-CheckSums::CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t sets, Work work)
-    : halves(static_cast<std::size_t>(tensor.camera_grid().size())),
-      flood(halves.pixels()),
-      half(halves.pixels()),
-      natural(halves.pixels()),
-      bar(halves.pixels()),
-      outside_bar(halves.pixels()),
-      sparse_pairs(halves.pixels()),
-      dark_halves(halves.pixels()),
+namespace {
+
+/// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark.
+double sparse_energy(const TransportTensor& tensor, const Work& work, double lit) {
+  constexpr int kProbes = 48;
+  // What one pass over the tensor applies, or fewer where their pictures are large.
+  constexpr double kMostBytes = 64 << 20;
+  const double bytes = static_cast<double>(tensor.camera_grid().size()) * tensor.channels() * sizeof(float);
+  const int together = std::clamp(static_cast<int>(kMostBytes / bytes), 4, 16);
+  constexpr std::uint64_t kSampleSeed = 0x5EA4C;
+  const std::size_t pixels = tensor.camera_grid().size();
+  Random random(kSampleSeed);
+  std::vector<Image<float>> probes(static_cast<std::size_t>(together), Image<float>(tensor.camera_grid()));
+  double energy = 0;
+  for (int taken = 0; taken < kProbes; taken += together) {
+    probes.resize(static_cast<std::size_t>(std::min(together, kProbes - taken)));
+    for (Image<float>& z : probes)
+      for (float& v : z.values()) {
+        const float sign = random.sign();
+        v = random.uniform() < lit ? sign : 0.F;
+      }
+    const auto seen = tensor.apply_batch(probes);
+    if (!seen) return 0;
+    work.add(std::ssize(probes) * operations_of_light(tensor));
+    for (std::size_t k = 0; k < probes.size(); ++k)
+      for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
+        if (probes[k].values()[at % pixels] != 0) continue;
+        const double y = (*seen)[k].values()[at];
+        energy += y * y;
+      }
+  }
+  return energy / kProbes;
+}
+
+}  // namespace
+
+CheckSums::CheckSums(const TransportTensor& tensor, const GainMismatch& mismatch, std::size_t of_sets,
+                     Work work)
+    : ErrorSums(tensor.camera_tree(), of_sets),
       tensor_(tensor),
       mismatch_(mismatch),
       work_(std::move(work)),
-      sets_(sets),
-      flood_(halves.pixels() * static_cast<std::size_t>(tensor.channels()), sets) {}
+      flood_(halves.pixels() * static_cast<std::size_t>(tensor.channels()), of_sets) {
+  mean_sparse_energy = [this](double of_lit) {
+    const double samples = static_cast<double>(halves.pixels()) * tensor_.channels();
+    return sparse_energy(tensor_, work_, of_lit) / (samples * (1 - of_lit));
+  };
+}
 
 void CheckSums::add(std::span<const TreePhotograph* const> photographs) {
   const std::vector<PagedVector<float>> left = left_by(tensor_, photographs, work_);
@@ -349,9 +384,10 @@ void CheckSums::add_first(Residuals set, const GainError& gain) {
 }
 
 void CheckSums::finish() {
-  assert(added_ == sets_);
+  assert(added_ == sets);
   flood_.finish(flood);
-  lit /= static_cast<double>(halves.pixels() * sets_);
+  lit /= static_cast<double>(halves.pixels() * sets);
+  dark_share = 1 - lit;
   for (EnergySums* const sums :
        {&halves, &flood, &half, &natural, &bar, &outside_bar, &sparse_pairs, &dark_halves})
     sums->doubt_added(doubt_);

@@ -5,6 +5,7 @@
 #include "acquisition/tree/photographer.hpp"
 #include "acquisition/tree/rank_test.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/internal/error_sums.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <cstddef>
@@ -19,13 +20,8 @@ namespace symrig::acquisition {
 /// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture. The picture
 /// has all scales and is cut at its median. Further sets of four have other random pixels; only estimates of
 /// a finished tensor look at them.
-class Checks {
+class Checks : public HeldOutOrder {
  public:
-  static constexpr std::int64_t kCount = 6;  ///< photographs
-  /// Their order.
-  enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural };
-  static constexpr std::int64_t kFurther = 4;  ///< photographs of a further set, ordered as the first four
-
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
   /// Those of a capture that has ended, from its log. six: the log numbers of the first set; further: those

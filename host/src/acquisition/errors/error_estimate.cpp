@@ -2,6 +2,7 @@
 #include "acquisition/errors/error_estimate.hpp"
 
 #include "acquisition/errors/gain_mismatch.hpp"
+#include "acquisition/errors/noise_check.hpp"
 #include "symrig/base/statistics.hpp"
 
 #include <algorithm>
@@ -72,40 +73,6 @@ Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_rati
   return {value, half_width(over_patterns(sums, tree, noise_ratio, times), sums.signal, value)};
 }
 
-/// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark. The sparse pair would show this much of
-/// the tensor's own light if it were shown many times.
-double mean_sparse_energy(const CheckSums& sums, double lit) {
-  const TransportTensor& tensor = sums.tensor();
-  constexpr int kProbes = 48;
-  // What one pass over the tensor applies, or fewer where their pictures are large.
-  constexpr double kMostBytes = 64 << 20;
-  const double bytes = static_cast<double>(tensor.camera_grid().size()) * tensor.channels() * sizeof(float);
-  const int together = std::clamp(static_cast<int>(kMostBytes / bytes), 4, 16);
-  constexpr std::uint64_t kSampleSeed = 0x5EA4C;
-  const std::size_t pixels = tensor.camera_grid().size();
-  Random random(kSampleSeed);
-  std::vector<Image<float>> probes(static_cast<std::size_t>(together), Image<float>(tensor.camera_grid()));
-  double energy = 0;
-  for (int taken = 0; taken < kProbes; taken += together) {
-    probes.resize(static_cast<std::size_t>(std::min(together, kProbes - taken)));
-    for (Image<float>& z : probes)
-      for (float& v : z.values()) {
-        const float sign = random.sign();
-        v = random.uniform() < lit ? sign : 0.F;
-      }
-    const auto seen = tensor.apply_batch(probes);
-    if (!seen) return 0;
-    sums.work().add(std::ssize(probes) * operations_of_light(tensor));
-    for (std::size_t k = 0; k < probes.size(); ++k)
-      for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
-        if (probes[k].values()[at % pixels] != 0) continue;
-        const double y = (*seen)[k].values()[at];
-        energy += y * y;
-      }
-  }
-  return energy / kProbes;
-}
-
 /// One estimate of the same energy ratio.
 struct EnergyReading {
   double value, variance;
@@ -136,12 +103,12 @@ Bar joined(const std::vector<EnergyReading>& readings) {
 /// Light between lit and other pixels, from the sparse pairs and from the dark pixels of the random halves.
 class Indirect {
  public:
-  Indirect(const CheckSums& sums, double noise_ratio)
+  Indirect(const ErrorSums& sums, double noise_ratio)
       : sums_(sums), pairs_(sums.sparse_pairs), lit_(sums.lit), noise_ratio_(noise_ratio) {}
 
   /// Σ of squares of all entries between pixels that are wrong, as the sparse pairs see it.
   double wrong_entries() const {
-    const double seen = lit_ * (1 - lit_) * static_cast<double>(sums_.sets());
+    const double seen = lit_ * (1 - lit_) * static_cast<double>(sums_.sets);
     return seen > 0 ? std::max(0.0, pairs_.error) / seen : 0;
   }
 
@@ -158,10 +125,7 @@ class Indirect {
   double signal() const {
     const double share = std::clamp(pairs_.error / pairs_.signal, 0.0, 1.0);
     if (pairs_.model <= 0) return pairs_.signal;
-    const TransportTensor& tensor = sums_.tensor();
-    const double samples = static_cast<double>(pairs_.pixels()) * tensor.channels();
-    const double mean =
-        mean_sparse_energy(sums_, lit_) * static_cast<double>(pairs_.samples()) / (samples * (1 - lit_));
+    const double mean = sums_.mean_sparse_energy(lit_) * static_cast<double>(pairs_.samples());
     if (!(mean > 0)) return pairs_.signal;
     return pairs_.signal * std::pow(mean / pairs_.model, (1 - share) * (1 - share));
   }
@@ -173,7 +137,7 @@ class Indirect {
     const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * pairs_.noise;
     const double known = std::pow(kSignalKnown * (1 - ratio) * pairs_.error, 2);
     const double floor = std::pow(kLeastScatter * pairs_.error, 2);
-    const double scatter = std::max(pairs_.scatter(sums_.tensor().camera_tree(), ratio), pairs_.resolution());
+    const double scatter = std::max(pairs_.scatter(sums_.tree, ratio), pairs_.resolution());
     std::vector<EnergyReading> readings{
         {pairs_.error / of, (scatter + misstated * misstated + known + floor) / (of * of)}};
     // Where half of the light is wrong, it is wrong everywhere alike, and the halves see its sum.
@@ -187,14 +151,14 @@ class Indirect {
   EnergyReading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
     const EnergySums& dark = sums_.dark_halves;
-    const double scale = 2 * lit_ * (1 - lit_) / of;
+    const double scale = 2 * lit_ * sums_.dark_share / of;
     const double energy = scale * dark.error;
     const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * dark.noise;
-    const double scatter = std::max(dark.scatter(sums_.tensor().camera_tree(), 0), dark.resolution());
+    const double scatter = std::max(dark.scatter(sums_.tree, 0), dark.resolution());
     return {energy, scale * scale * (scatter + misstated * misstated) + std::pow(kAddUp * energy, 2)};
   }
 
-  const CheckSums& sums_;
+  const ErrorSums& sums_;
   const EnergySums& pairs_;
   double lit_;
   double noise_ratio_;
@@ -256,10 +220,10 @@ ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual
   return given(bar) ? bar : Bar{};
 }
 
-ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio) {
+ErrorEstimate estimate_errors(const ErrorSums& sums, double noise_ratio) {
   constexpr double kOneSidedSigmas = 5;
   constexpr double kOneSidedShare = 0.1;  // of the squared error between pixels
-  const BlockTree& tree = sums.tensor().camera_tree();
+  const BlockTree& tree = sums.tree;
   const Indirect indirect(sums, noise_ratio);
   const EnergySums& halves = sums.halves;
   const OneSided& one = sums.one_sided;
@@ -267,7 +231,7 @@ ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio) {
       one.sigmas > kOneSidedSigmas && one.energy > kOneSidedShare * indirect.wrong_entries();
   // What a rig in line would show is up to twice the one-sided part away.
   const double away = lopsided && halves.signal > 0
-                          ? 2 * std::sqrt(one.energy * static_cast<double>(sums.sets()) / halves.signal)
+                          ? 2 * std::sqrt(one.energy * static_cast<double>(sums.sets) / halves.signal)
                           : 0;
   const auto further = [&](Bar b) { return Bar{b.value, b.half_width + std::min(away, 2 * b.value)}; };
   const Bar unknown{kNone, kNone};
@@ -290,6 +254,20 @@ ErrorEstimate estimate_errors(const CheckSums& sums, double noise_ratio) {
             lopsided ? unknown : of_this_pattern(sums.outside_bar, noise_ratio),
             lopsided ? kOneSidedReason : kTooDark);
   return std::move(table).take();
+}
+
+ErrorEstimate estimate_errors(const ErrorSums& sums, const NoiseCheck& noise) {
+  ErrorEstimate estimate = estimate_errors(sums, doubted_variance(noise));
+  // Held-out photographs are of the beginning. All light is as uncertain as that of the lamp.
+  const double lamp = changed_lamp(noise);
+  if (lamp == 0) return estimate;
+  using E = TransportErrors;
+  for (const auto field : {&E::frobenius, &E::indirect, &E::flood, &E::relight_bar, &E::relight_random,
+                           &E::relight_natural, &E::bar_indirect}) {
+    estimate.value.*field = std::hypot(estimate.value.*field, lamp);
+    estimate.half_width.*field += lamp;
+  }
+  return estimate;
 }
 
 }  // namespace symrig::acquisition

@@ -92,7 +92,7 @@ struct Squares {
   }
 };
 
-using Seen = std::vector<char>;  ///< camera pixels that count; empty = all
+using Seen = std::vector<char>;  ///< pixels, or samples, that count; empty = all
 
 /// What a photograph should be, with its variance.
 using Truth = std::function<Result<Radiance>(const Image<float>& pattern)>;
@@ -113,14 +113,13 @@ class TruthComparison {
                        " channels, the tensor " + to_string(estimate.grid()) + " with " +
                        std::to_string(estimate.channels()),
                    "evaluate against the rig that the scene was captured with"};
-    const std::size_t pixels = mean.grid().size();
     for (std::size_t i = 0; i < mean.values().size(); ++i) {
       if (exact.valid.values()[i] == 0) continue;
       const double t = mean.values()[i], variance = exact.variance.values()[i];
       const double e = static_cast<double>(estimate.values()[i]) - t;
       for (const auto& [seen, squares] : masks) {
         squares->everything += t * t - variance;
-        if (!seen->empty() && (*seen)[i % pixels] == 0) continue;
+        if (!seen->empty() && (*seen)[i % seen->size()] == 0) continue;
         squares->error += e * e - variance;
         squares->error_noise += 4 * variance * e * e - 2 * variance * variance;  // Var[e²]
         squares->truth += t * t - variance;
@@ -229,8 +228,9 @@ Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const TruthCo
                                   const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const std::size_t pixels = grid.size();
-  const bool coaxial = grid == tensor.camera_grid();
-  const Seen all;
+  const bool own = options.seen != nullptr;
+  const bool coaxial = own || grid == tensor.camera_grid();
+  const Seen all = own ? options.seen(nullptr) : Seen();
   Random random(options.seed);
   std::vector<Squares> frobenius(std::max(0, options.probes));
   std::vector<Squares> indirect = frobenius;
@@ -245,11 +245,13 @@ Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const TruthCo
       z.values()[i] = lit ? random.sign() : 0;
       dark[i] = lit ? 0 : 1;
     }
+    if (own) dark = options.seen(&z);
     if (coaxial) SYMRIG_CHECK(compare.add(z, {{&dark, &indirect[k]}}));
   }
   const Image<float> bar_light = bar_pattern(grid);
   Seen outside(pixels);
   for (std::size_t i = 0; i < pixels; ++i) outside[i] = bar_light.values()[i] == 0 ? 1 : 0;
+  if (own) outside = options.seen(&bar_light);
   SYMRIG_CHECK(compare.add(Image<float>(grid, 1, 1.0F), {{&all, &flood}}));
   SYMRIG_CHECK(compare.add(random_pattern(grid, options.seed + 1), {{&all, &random_light}}));
   SYMRIG_CHECK(compare.add(natural_light, {{&all, &natural}}));

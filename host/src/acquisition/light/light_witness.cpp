@@ -224,19 +224,23 @@ Result<void> LightWitness::look_at_unjudged() {
 }
 
 /// Takes the photograph again, four times: a camera that is one late shows the pattern from the second on.
-/// The last three tell the noise, whatever is stated.
+/// The last three tell the noise, whatever is stated. If they came out better exposed than the photograph,
+/// its noise is more than theirs, as the statements differ.
 Result<void> LightWitness::prove(const Seen& seen, bool repeats) {
   constexpr double kNoise = 4, kExplains = 0.25;
   const std::vector<Pattern> patterns{seen.before,  seen.before,  seen.pattern,
                                       seen.pattern, seen.pattern, seen.pattern};
   static_assert(kEachProof == 6);
-  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns, {}));
+  const std::vector<Expectation> expected(patterns.size(), expected_again(seen.picture));
+  SYMRIG_TRY(const std::vector<Radiance> taken, look_(patterns, expected));
   if (taken.size() != patterns.size() || taken.front().mean.grid() != grid()) return {};
   const Picture shown_before = picture_of(taken[1]), again = picture_of(taken[3]),
                 second = picture_of(taken[4]), third = picture_of(taken[5]);
   const double away = squares_apart(seen.picture, again);
-  const double noise =
-      std::max({squares_apart(second, again), squares_apart(third, again), squares_apart(third, second)});
+  const double of_first = total(seen.picture.variance), of_again = total(again.variance);
+  const double more = of_again > 0 ? std::max(1.0, (of_first + of_again) / (2 * of_again)) : 1;
+  const double noise = more * std::max({squares_apart(second, again), squares_apart(third, again),
+                                        squares_apart(third, second)});
   const double shows = answer(again, seen.pattern, nullptr);
   if (!differs(seen.picture, again) || away < kNoise * noise || (shows >= 0 && shows < kHasLight)) {
     ++asked_in_vain_;

@@ -170,22 +170,6 @@ Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForce
   return estimate_finished(tensor, photographer_, *checks_, again_, rest, result);
 }
 
-namespace {
-
-/// Held-out photographs are of the beginning. All light is as uncertain as that of the lamp.
-void add_lamp(const NoiseCheck& check, ErrorEstimate& estimate) {
-  const double lamp = changed_lamp(check);
-  if (lamp == 0) return;
-  using E = TransportErrors;
-  for (const auto field : {&E::frobenius, &E::indirect, &E::flood, &E::relight_bar, &E::relight_random,
-                           &E::relight_natural, &E::bar_indirect}) {
-    estimate.value.*field = std::hypot(estimate.value.*field, lamp);
-    estimate.half_width.*field += lamp;
-  }
-}
-
-}  // namespace
-
 Result<void> estimate_finished(const TransportTensor& tensor, const Photographer& photographer,
                                const Checks& checks, LogRange again, const BruteForceRest* rest,
                                CaptureResult& result) {
@@ -194,8 +178,7 @@ Result<void> estimate_finished(const TransportTensor& tensor, const Photographer
   CheckSums sums(tensor, result.gain_mismatch, checks.sets(), photographer.work());
   SYMRIG_CHECK(checks.visit_sets(photographer, [&](auto set) { sums.add(set); }));
   sums.finish();
-  ErrorEstimate estimate = estimate_errors(sums, doubted_variance(result.noise_check));
-  add_lamp(result.noise_check, estimate);
+  ErrorEstimate estimate = estimate_errors(sums, result.noise_check);
   result.estimated = estimate.value;
   result.estimated_half_width = estimate.half_width;
   result.estimate_not_given = std::move(estimate.not_given);

@@ -285,6 +285,8 @@ Result<CaptureResult> Hierarchy::refine() {
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
   SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));
   SYMRIG_TRY(result.held_out, checks_->held_out(facts_.tree, photographer_));
+  for (const LogRange& range : checks_->ranges())
+    for (std::int64_t k = range.first; k < range.last; ++k) result.held_out_at.push_back(k);
   return result;
 }
 

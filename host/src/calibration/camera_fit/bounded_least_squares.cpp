@@ -39,7 +39,11 @@ void BoundedLeastSquares::solve_free(const Eigen::MatrixXd& a, const Eigen::Vect
     rhs_(i) = h(free_[i]) - known;
   }
   const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factor(among_free_);
-  factor.solveInPlace(rhs_);
+  // Photographs without noise may drown the identity in rounding: then the values stay where they were told.
+  if (factor.info() != Eigen::Success)
+    rhs_.setZero();
+  else
+    factor.solveInPlace(rhs_);
   for (Eigen::Index i = 0; i < count; ++i) x_(free_[i]) = rhs_(i);
 }
 

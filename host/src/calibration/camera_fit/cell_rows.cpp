@@ -123,7 +123,7 @@ void CellRows::take_singles(const TransportTensor& tensor, int channel) {
 
 /// Whole rows, one after the other: what is near, what is strong, and the sum.
 void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const float> values,
-                        std::size_t first_value) {
+                        std::size_t first_value, const Work& work) {
   const std::size_t cells = order.size();
   std::vector<std::size_t> basis_at(leaves_.size());
   for (std::size_t q = 0, at = first_value; q < leaves_.size(); ++q) {
@@ -137,6 +137,7 @@ void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const flo
   std::vector<std::vector<Entry>> strong(cells);
   tbb::enumerable_thread_specific<std::vector<float>> rows;
   tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t c) {
+    work.look();
     std::vector<float>& row = rows.local();  // in tree order
     row.assign(cells, 0);
     const auto cell = static_cast<std::int32_t>(c);
@@ -166,6 +167,10 @@ void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const flo
       if (far) strong[c].push_back({n, row[t]});
     }
   });
+  double mean = 0;
+  for (const double total : total_) mean += std::abs(total) / static_cast<double>(cells);
+  constexpr double kDarkest = 1e-4;
+  least_ = mean > 0 ? kDarkest * mean : 1;
   strong_first_.assign(cells + 1, 0);
   for (std::size_t c = 0; c < cells; ++c) {
     strong_first_[c + 1] = strong_first_[c] + std::ssize(strong[c]);
@@ -174,7 +179,7 @@ void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const flo
 }
 
 Result<CellRows> CellRows::make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,
-                                std::vector<float>& values) {
+                                std::vector<float>& values, const Work& work) {
   CellRows rows;
   rows.grid_ = tensor.camera_grid();
   const std::size_t first_value = values.size();
@@ -182,7 +187,7 @@ Result<CellRows> CellRows::make(const TransportTensor& tensor, int channel, std:
   const std::span<const std::int32_t> order = tensor.camera_tree().order();
   rows.list_leaves(order);
   rows.take_singles(tensor, channel);
-  rows.sum_rows(order, values, first_value);
+  rows.sum_rows(order, values, first_value, work);
   return rows;
 }
 

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -44,12 +46,15 @@ class CellRows {
 
   /// bases, values: those of the channel are added. The values are halves, as CameraTransport has them, so
   /// what is fitted to them is not rounded later.
+  /// work: may stop it.  throws: Stopped.
   static Result<CellRows> make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,
-                               std::vector<float>& values);
+                               std::vector<float>& values, const Work& work = {});
 
   Grid grid() const { return grid_; }
   /// The light of the flood-lit scene in this cell.
   double total(std::int32_t cell) const { return total_[cell]; }
+  /// The same, never below a small share of the mean: what light is compared with.
+  double brightness(std::int32_t cell) const { return std::max(total_[cell], least_); }
   double diagonal(std::int32_t cell) const { return near_[cell][side * radius + radius]; }
   /// All light from near cells; 0 off the grid.
   const Near& near(std::int32_t cell) const { return near_[cell]; }
@@ -70,7 +75,8 @@ class CellRows {
                            std::vector<float>& values);
   void list_leaves(std::span<const std::int32_t> order);
   void take_singles(const TransportTensor& tensor, int channel);
-  void sum_rows(std::span<const std::int32_t> order, std::span<const float> values, std::size_t first_value);
+  void sum_rows(std::span<const std::int32_t> order, std::span<const float> values, std::size_t first_value,
+                const Work& work);
 
   Grid grid_;
   std::vector<LeafRows> leaves_;
@@ -78,6 +84,7 @@ class CellRows {
   std::vector<LeafRow> leaf_row_;
   std::vector<Entry> single_, strong_;
   std::vector<double> total_;
+  double least_ = 1;
   std::vector<Near> near_;
 };
 

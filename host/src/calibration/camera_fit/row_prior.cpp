@@ -47,7 +47,7 @@ double RowPrior::near_light(int row, int col, int k) const {
   for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid.rows - 1); ++y)
     for (int x = std::max(col - 1, 0); x <= std::min(col + 1, grid.cols - 1); ++x) {
       const std::int32_t c = y * grid.cols + x;
-      const double scale = total_ / std::max(rows_.total(c), 1e-9);
+      const double scale = total_ / rows_.brightness(c);
       for (const int j : {k, last - k}) {
         const double light = scale * rows_.near(c)[j];
         sum += light * light;
@@ -71,7 +71,7 @@ void RowPrior::add_near(std::int32_t cell, double blur) {
     if (far && blur < kWideBlur && light < kLeastNear * total_) continue;
     Term& term = terms_[number_of(n)];
     term.near = k;
-    term.direct = std::max(rows_.diagonal(n), 0.0) / std::max(rows_.total(n), 1e-9);
+    term.direct = std::clamp(rows_.diagonal(n) / rows_.brightness(n), 0.0, 1.0);
     term.spread = light;
   }
 }
@@ -107,7 +107,7 @@ void RowPrior::begin(std::int32_t cell, double blur) {
   columns_.clear();
   terms_.clear();
   placed_.clear();
-  total_ = std::max(rows_.total(cell), 1e-9);
+  total_ = rows_.brightness(cell);
   add_leaves(cell);
   add_near(cell, blur);
   add_singles(cell);

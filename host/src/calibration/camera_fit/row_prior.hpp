@@ -32,6 +32,8 @@ class RowPrior {
   /// Of the pixels of this cell. blur: as footprint_of.
   void begin(std::int32_t cell, double blur);
   const std::vector<CameraTransport::Column>& columns() const { return columns_; }
+  /// The light of the cell.
+  double brightness() const { return total_; }
 
   /// light: the flood-lit light of the pixel. mean, sigma: of its coefficients.
   void of_pixel(const Footprint& footprint, double light, Eigen::VectorXd& mean,

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// T on the camera's own pixels of a bench that was aligned by hand, against the ideal coaxial rig on its
+// cells: errors of both, each against its own truth. A ratio of 1 is a perfect bench.
+//   benchmark_camera_pixels [SIZE] [SEED] [A|B] [SCENE]
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/statistics.hpp"
+#include "symrig/base/time.hpp"
+#include "symrig/calibration/camera_fit.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/image/outline.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace {
+
+using namespace symrig;
+
+/// Keeps the camera's own photographs.
+class Keeping final : public ForwardingProbe {
+ public:
+  Keeping(Probe& rig, PhotographLog& log) : ForwardingProbe(rig), log_(log) {}
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
+                                     Result<std::vector<Radiance>> photographs) override {
+    if (photographs) SYMRIG_CHECK(log_.append_run(patterns, *photographs, cost()));
+    return photographs;
+  }
+  PhotographLog& log_;
+};
+
+/// Whether a pixel sees a lit cell, with a margin. Nothing: it does not lie on the cells as a whole.
+std::optional<bool> lit(const Outline& outline, const Pattern& pattern) {
+  constexpr double kMargin = 0.04;
+  double top = 1e9, left = 1e9, bottom = -1e9, right = -1e9;
+  for (const Point& p : outline) {
+    top = std::min(top, p.row - kMargin), bottom = std::max(bottom, p.row + kMargin);
+    left = std::min(left, p.col - kMargin), right = std::max(right, p.col + kMargin);
+  }
+  const Grid grid = pattern.grid();
+  if (top < 0 || left < 0 || bottom >= grid.rows || right >= grid.cols) return {};
+  for (int y = static_cast<int>(top); y <= static_cast<int>(bottom); ++y)
+    for (int x = static_cast<int>(left); x <= static_cast<int>(right); ++x)
+      if (pattern.at(y, x) > 0) return true;
+  return false;
+}
+
+struct Sums {
+  double error = 0, light = 0, error_aside = 0, light_aside = 0;
+
+  void add(double found, double truth, bool is_lit) {
+    const double e = (found - truth) * (found - truth), l = truth * truth;
+    error += e, light += l;
+    if (!is_lit) error_aside += e, light_aside += l;
+  }
+  double all() const { return std::sqrt(error / light); }
+  double aside() const { return std::sqrt(error_aside / light_aside); }
+};
+
+using Photograph = std::function<Image<float>(const Pattern&)>;
+
+struct Rig {
+  Photograph found, truth;
+  CornerMap corners;  ///< of a bench
+  double seconds = 0, patterns = 0, bytes = 0, fit_seconds = 0;
+};
+
+Sums compared(const Rig& rig, std::span<const Pattern> patterns) {
+  Sums sums;
+  for (const Pattern& p : patterns) {
+    const Image<float> found = rig.found(p), truth = rig.truth(p);
+    const Grid grid = found.grid();
+    for (int y = 0; y < grid.rows; ++y)
+      for (int x = 0; x < grid.cols; ++x) {
+        const auto is_lit = rig.corners.grid().size() > 0 ? lit(outline_of(rig.corners, y, x), p)
+                                                          : std::optional(p.at(y, x) > 0);
+        if (is_lit) sums.add(found.at(y, x), truth.at(y, x), *is_lit);
+      }
+  }
+  return sums;
+}
+
+Result<Rig> ideal(const std::string& uri) {
+  SYMRIG_TRY(auto opened, open_virtual_rig(uri));
+  const std::shared_ptr<VirtualRig> rig = std::move(opened);
+  SYMRIG_TRY(const CaptureResult result, capture(*rig, {}));
+  const TransportTensor tensor = result.tensor;
+  return Rig{[tensor](const Pattern& p) { return *tensor.apply(p); },
+             [rig](const Pattern& p) { return rig->ideal_photograph(p); },
+             {},
+             rig->cost().rig_seconds,
+             static_cast<double>(result.patterns)};
+}
+
+Result<Rig> bench(const std::string& uri) {
+  SYMRIG_TRY(auto opened, open_virtual_rig(uri));
+  const std::shared_ptr<VirtualRig> rig = std::move(opened);
+  SYMRIG_TRY(const Registration registration, register_camera(*rig));
+  const double before = rig->cost().rig_seconds;
+  const auto log = make_memory_log(rig->grid(), rig->channels(), rig->camera_grid());
+  SYMRIG_TRY(const auto probe, RegisteredProbe::make(std::make_unique<Keeping>(*rig, *log), registration));
+  CaptureOptions options;
+  options.exposure = goal_of_pixels(options.exposure, probe->weights().noise_share());
+  SYMRIG_TRY(const CaptureResult result, capture(*probe, options));
+  const Stopwatch watch;
+  SYMRIG_TRY(CameraFit fit, fit_camera(result.tensor, registration, *log, {.held_out = result.held_out_at}));
+  const auto camera = std::make_shared<const CameraTransport>(std::move(fit.transport));
+  return Rig{[camera](const Pattern& p) { return *camera->apply(p); },
+             [rig](const Pattern& p) { return rig->ideal_photograph(p); },
+             rig->exact_corners().front(),
+             rig->cost().rig_seconds - before,
+             static_cast<double>(result.patterns),
+             static_cast<double>(camera->bytes()) / static_cast<double>(camera->rows()),
+             watch.seconds()};
+}
+
+/// optics: of the ideal rig.
+Result<void> compare(const std::string& scene, const std::string& keys, const std::string& optics) {
+  SYMRIG_TRY(const Rig coaxial, ideal(scene + optics));
+  SYMRIG_TRY(const Rig found, bench(scene + keys));
+  SYMRIG_TRY(const auto sized, open_virtual_rig(scene));
+  const Grid grid = sized->grid();
+  std::vector<Pattern> dots, random;
+  Random draw(7);
+  for (int k = 0; k < 16; ++k) {
+    dots.emplace_back(grid);
+    for (float& v : dots.back().values()) v = draw.uniform() < 1.0 / 64 ? 1 : 0;
+    if (k < 4) random.push_back(random_pattern(grid, 7 + k));
+  }
+  const std::vector<Pattern> bar{bar_pattern(grid)}, natural{natural_pattern(grid, 7)};
+  const auto row = [&](std::span<const Pattern> patterns, double (Sums::*error)() const) {
+    const double a = (compared(found, patterns).*error)(), b = (compared(coaxial, patterns).*error)();
+    return fmt::format("{:.4f} {:5.2f}", a, a / b);
+  };
+  fmt::print("{:<18} {}   {}   {}   {}   {:5.0f} {:5.2f} {:5.2f} {:6.0f} {:6.2f}\n", sized->uri().name,
+             row(dots, &Sums::aside), row(bar, &Sums::aside), row(random, &Sums::all),
+             row(natural, &Sums::all), found.patterns, found.patterns / coaxial.patterns,
+             found.seconds / coaxial.seconds, found.bytes, found.fit_seconds);
+  (void)std::fflush(stdout);
+  return {};
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  const int size = count > 1 ? std::atoi(words[1]) : 32;
+  const int seed = count > 2 ? std::atoi(words[2]) : 1;
+  const bool b = count > 3 && std::string_view(words[3]) == "B";
+  const int camera = static_cast<int>(std::lround(b ? size * 3.72 + 66 : size * 4.75));
+  const std::string keys =
+      b ? fmt::format(
+              "&camera={0}x{0}&turn=1.5&zoom={1:.4f}&shift=7.3,-4.1&distortion=0.02&vignetting=0.2,0.35"
+              "&defocus=0.15,0.3&parallax=0.3",
+              camera, 3.72 * size / camera)
+        : fmt::format("&camera={0}x{0}&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02", camera);
+  const std::string optics = b ? "&defocus=0.3,0.3" : "";
+  fmt::print("{0}x{0} cells, seed {1}: {2}\n", size, seed, keys);
+  fmt::print("{:<18} {:<12}   {:<12}   {:<12}   {:<12}   {:>5} {:>5} {:>5} {:>6} {:>6}\n", "scene",
+             "dots, aside", "bar, outside", "random", "natural", "shots", "ratio", "time", "bytes", "fit s");
+  const std::vector<std::string> all{"vgroove-textured", "occluder", "gummy", "mirror", "views2"};
+  const std::vector<std::string> asked(words + std::min(count, 4), words + count);
+  for (const std::string& name : asked.empty() ? all : asked) {
+    const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
+    if (const auto done = compare(scene, keys, optics); !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  }
+  return 0;
+}
