@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { grey_png, idle, kPhone, launch, listen_to, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes } from './browser.mjs';
+import { grey_png, idle, kDesktop, kPhone, launch, listen_to, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes } from './browser.mjs';
 
 const [symrig, chromium] = process.argv.slice(2);
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'symrig-view-'));
@@ -35,6 +35,17 @@ async function upload(page, name) {
   await input.uploadFile(name);
   await page.waitForFunction("symrigView.state.lights.some((light) => light.kind === 'picture')");
   await idle(page);
+}
+
+/** The new page shows the scene, and what is used most often, without scrolling. */
+async function opens_ready_to_use(page) {
+  const [shown, flood] = await page.evaluate(() => [symrigView.shown, { planes: symrigView.flood }].map((one) => one.planes[0].reduce((sum, v) => sum + v, 0)));
+  assert.ok(shown > 0.4 * flood, `${shown} of ${flood}`);
+  const codes = await shown_codes(page), bright = codes.filter((code, k) => k % 4 === 0 && code > 200).length;
+  assert.ok(bright > codes.length / 4 / 200, String(bright));
+  const below = await page.evaluate((height) => [...document.querySelectorAll('#save button, #tone input, #tone select, #picture')]
+    .filter((one) => one.getBoundingClientRect().bottom > height).map((one) => one.outerHTML), kDesktop.height);
+  assert.deepEqual(below, []);
 }
 
 /** The uploaded picture alone: the same codes as the PNG of `symrig relight`. */
@@ -208,6 +219,7 @@ async function report_fits_a_phone(browser) {
 
 async function whole_page(browser, address, { origin, has_truth }) {
   const { page, faults, asked } = await open_page(browser, address);
+  await opens_ready_to_use(page);
   const most = await pixels_are_those_of_relight(browser, page);
   await saved_exr_is_the_radiance(page);
   await drags_a_light(page);
