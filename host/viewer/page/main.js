@@ -291,7 +291,7 @@ class App {
       if (!values.automatic && !("stops" in values)) this.state.stops = Math.log2(automatic_exposure(this.shown.planes));
       if (document.activeElement?.type !== "range") build_tone(this);
     }
-    this.latest.request();
+    this.hurry();
   }
 
   set_mode(mode) {
