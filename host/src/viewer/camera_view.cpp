@@ -182,6 +182,9 @@ Result<CameraTransport> rows_of(const CameraTransport& camera, Grid grid, std::s
   parts.channels = from.channels;
   parts.bases = from.bases;
   parts.basis_values = from.basis_values;
+  const auto append = [](auto& some, const auto& all, std::int64_t first, std::int32_t count) {
+    some.insert(some.end(), all.begin() + first, all.begin() + first + count);
+  };
   std::int64_t column = 0, pixel = 0, code = 0;
   for (const CameraTransport::Group& group : from.groups) {
     CameraTransport::Group kept{group.channel, group.columns, 0};
@@ -190,16 +193,13 @@ Result<CameraTransport> rows_of(const CameraTransport& camera, Grid grid, std::s
       ++kept.pixels;
       parts.pixels.push_back(to[from.pixels[pixel]]);
       parts.brightness.push_back(from.brightness[pixel]);
-      parts.codes.insert(parts.codes.end(), &from.codes[code], &from.codes[code] + group.columns);
+      append(parts.codes, from.codes, code, group.columns);
     }
     if (kept.pixels > 0) {
-      const auto append = [&](auto& some, const auto& all) {
-        some.insert(some.end(), all.begin() + column, all.begin() + column + group.columns);
-      };
       parts.groups.push_back(kept);
-      append(parts.columns, from.columns);
-      append(parts.middles, from.middles);
-      append(parts.steps, from.steps);
+      append(parts.columns, from.columns, column, group.columns);
+      append(parts.middles, from.middles, column, group.columns);
+      append(parts.steps, from.steps, column, group.columns);
     }
     column += group.columns;
   }
