@@ -69,6 +69,15 @@ TEST_F(CameraPixels, are_in_the_scene_and_in_its_pictures) {
   EXPECT_EQ(read_image(path("view.pfm"))->grid(), (Grid{16, 8}));
 }
 
+TEST_F(CameraPixels, are_not_in_an_exported_page) {
+  ASSERT_EQ(captured("scene.h5").code, 0);
+  const Outcome exported = symrig({"view", "scene.h5", "--export", "scene.html"});
+  EXPECT_NE(exported.out.find("scene.html: 16x16 on the projector's cells, "), std::string::npos)
+      << exported.out;
+  EXPECT_NE(symrig({"view", "scene.h5", "--export", "scene.html", "--cells"}).err.find("--cells"),
+            std::string::npos);
+}
+
 TEST_F(CameraPixels, of_many_lights_do_not_mix_with_cells) {
   ASSERT_EQ(captured("scene.h5").code, 0);
   std::filesystem::create_directory(path("lights"));

@@ -82,7 +82,7 @@ def refuses_strangers(server):
         assert server.get(path) == 403, path
     for origin in ("http://evil.example", "null", "https://127.0.0.1.evil.example"):
         assert server.get(page, extra=f"Origin: {origin}\r\n") == 403, origin
-    for path in ("../etc/passwd", "scene.h5", "held-out/99999", "held-out/-1", "held-out/0x", "%2e%2e/"):
+    for path in ("../etc/passwd", "scene.h5", "held-out/99999", "held-out/-1", "held-out/0x", "%2e%2e/", "sees/99999999", "sees/-1", "sees/0x", "sees/"):
         assert server.get(page + path) == 404, path
     assert server.get(page, method="DELETE") == 405
     assert server.get(page + "relight") == 405
@@ -97,7 +97,7 @@ def odd_request(rng, secret):
     """Random bytes, or a request with a few bytes changed, cut or repeated."""
     if rng.random() < 0.3:
         return rng.randbytes(rng.randrange(1, 400))
-    path = rng.choice([f"/{secret}/", f"/{secret}/relight", f"/{secret}/held-out/{rng.randrange(10**6)}", "/"])
+    path = rng.choice([f"/{secret}/", f"/{secret}/relight", f"/{secret}/sees/{rng.randrange(10**6)}", f"/{secret}/held-out/{rng.randrange(10**6)}", "/"])
     data = bytearray(f"{rng.choice(['GET', 'POST', 'HEAD', 'PUT'])} {path} HTTP/1.1\r\nHost: localhost\r\n".encode())
     if rng.random() < 0.5:
         data += f"Content-Length: {rng.choice([0, 5, -1, 2**31, 2**63, 2**64, 10**30])}\r\n".encode()
@@ -168,9 +168,11 @@ def attack(server):
     assert growth < MOST_GROWTH, growth
 
 
-def a_scene(symrig, folder):
+def a_scene(symrig, folder, rig, registration=()):
     scene = f"{folder}/scene.h5"
-    subprocess.run([symrig, "capture", "--rig", "sim:vgroove-textured?size=16x20&noise=off", "-o", scene], check=True, stdout=subprocess.DEVNULL)
+    if registration:
+        subprocess.run([symrig, "calibrate", "--rig", rig, "-o", registration[1]], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([symrig, "capture", "--rig", rig, *registration, "-o", scene], check=True, stdout=subprocess.DEVNULL)
     server = Server(symrig, "view", scene)
     try:
         attack(server)
@@ -200,7 +202,9 @@ def a_capture(symrig, folder):
 
 def main(symrig):
     with tempfile.TemporaryDirectory() as folder:
-        a_scene(symrig, folder)
+        a_scene(symrig, folder, "sim:vgroove-textured?size=16x20&noise=off")
+        fine = "sim:vgroove-textured?size=16x16&fine=4&camera=76x76&turn=1.5&zoom=0.784"
+        a_scene(symrig, folder, fine, ("--registration", f"{folder}/registration.h5"))
         a_capture(symrig, folder)
 
 

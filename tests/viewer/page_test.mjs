@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of `symrig view` in Chromium: served with both engines, and exported. Reports on a phone.
+// The page of `symrig view` in Chromium: served with both engines, exported, and of a camera with pixels of its own. Reports on a phone.
 // usage: node page_test.mjs SYMRIG CHROMIUM
 import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { grey_png, idle, kPhone, launch, listen_to, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes } from './browser.mjs';
+import { grey_png, idle, kDesktop, kPhone, launch, listen_to, open_page, pfm_values, png_codes, press, run, serve, set_control, shown_codes, start } from './browser.mjs';
 
 const [symrig, chromium] = process.argv.slice(2);
 const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'symrig-view-'));
 const file = (name) => path.join(folder, name);
 const kRows = 32, kCols = 48;
+const kCells = 32, kCamera = 152;
+const kFine = `sim:gummy?size=${kCells}x${kCells}&fine=4&camera=${kCamera}x${kCamera}&turn=1.5&zoom=0.784`;
 
 function prepare() {
   run(symrig, ['capture', '--rig', `sim:vgroove-textured?size=${kRows}x${kCols}&noise=off`, '-o', file('scene.h5')]);
@@ -37,12 +39,23 @@ async function upload(page, name) {
   await idle(page);
 }
 
+/** The new page shows the scene, and what is used most often, without scrolling. */
+async function opens_ready_to_use(page) {
+  const [shown, flood] = await page.evaluate(() => [symrigView.shown, { planes: symrigView.flood }].map((one) => one.planes[0].reduce((sum, v) => sum + v, 0)));
+  assert.ok(shown > 0.4 * flood, `${shown} of ${flood}`);
+  const codes = await shown_codes(page), bright = codes.filter((code, k) => k % 4 === 0 && code > 200).length;
+  assert.ok(bright > codes.length / 4 / 200, String(bright));
+  const below = await page.evaluate((height) => [...document.querySelectorAll('#save button, #tone input, #tone select, #picture')]
+    .filter((one) => one.getBoundingClientRect().bottom > height).map((one) => one.outerHTML), kDesktop.height);
+  assert.deepEqual(below, []);
+}
+
 /** The uploaded picture alone: the same codes as the PNG of `symrig relight`. */
-async function pixels_are_those_of_relight(browser, page) {
+async function pixels_are_those_of_relight(browser, page, light = 'light.png', relit = 'relit.png') {
   await press(page, 'Remove this light');
-  await upload(page, file('light.png'));
+  await upload(page, file(light));
   await set_control(page, 'Automatic: half a percent is white', true);
-  const expected = await png_codes(browser, fs.readFileSync(file('relit.png')));
+  const expected = await png_codes(browser, fs.readFileSync(file(relit)));
   const seen = await shown_codes(page);
   assert.ok(largest(expected.filter((_, k) => k % 4 === 0)) === 255);
   const most = apart(seen, expected);
@@ -208,6 +221,7 @@ async function report_fits_a_phone(browser) {
 
 async function whole_page(browser, address, { origin, has_truth }) {
   const { page, faults, asked } = await open_page(browser, address);
+  await opens_ready_to_use(page);
   const most = await pixels_are_those_of_relight(browser, page);
   await saved_exr_is_the_radiance(page);
   await drags_a_light(page);
@@ -274,6 +288,163 @@ async function other_scenes_are_the_same(browser) {
   }
 }
 
+function prepare_camera() {
+  run(symrig, ['calibrate', '--rig', kFine, '-o', file('r.h5')]);
+  run(symrig, ['capture', '--rig', kFine, '--registration', file('r.h5'), '-o', file('camera.h5')]);
+  fs.writeFileSync(file('cells.png'), grey_png(kCells, kCells, (r, c) => (r < 9 && c > 20 ? 255 : (r * 37 + c * 11) % 97)));
+  run(symrig, ['relight', file('camera.h5'), '--light', file('cells.png'), '-o', file('own.png')]);
+}
+
+/** Where the light of a spot is on the picture: the middle of the pixels that it lights about as much as all light does. */
+const place_of_light = (page) => page.evaluate(() => {
+  const { planes: [lit], tile } = symrigView.shown, [flood] = symrigView.flood, most = flood.reduce((a, b) => Math.max(a, b));
+  const sum = [0, 0, 0];
+  lit.forEach((v, k) => {
+    if (flood[k] < 0.02 * most || v < 0.5 * flood[k]) return;
+    [(k % tile.cols + 0.5) / tile.cols, (Math.floor(k / tile.cols) + 0.5) / tile.rows, 1].forEach((one, axis) => { sum[axis] += (one * v) / flood[k]; });
+  });
+  return [sum[0] / sum[2], sum[1] / sum[2]];
+});
+
+/** The alpha of the overlay at a place: a light's handle has a dot in its middle. */
+const drawn_at = (page, [x, y]) => page.evaluate((u, v) => {
+  const overlay = document.getElementById('overlay');
+  const copy = Object.assign(document.createElement('canvas'), { width: overlay.width, height: overlay.height });
+  const context = copy.getContext('2d', { willReadFrequently: true });
+  context.drawImage(overlay, 0, 0);
+  return context.getImageData(Math.floor(u * copy.width), Math.floor(v * copy.height), 1, 1).data[3];
+}, x, y);
+
+/** The camera is turned, and its picture is larger than the cells' field: a light is where the pointer is, to a cell. */
+async function light_follows_the_pointer(page) {
+  const cell = 0.784 / kCells, box = await (await page.$('#picture')).boundingBox();
+  const at = ([x, y]) => [box.x + x * box.width, box.y + y * box.height];
+  const near = async (place, what) => {
+    const seen = await place_of_light(page);
+    assert.ok(apart(seen, place) < cell, `${what}: ${seen} instead of ${place}`);
+  };
+  await page.evaluate(() => { symrigView.state.lights = []; });
+  await press(page, '+ Spot');
+  await set_control(page, 'Size', '0.08');
+  await page.mouse.move(...at([0.5, 0.5]));
+  await page.mouse.down();
+  for (const place of [[0.2, 0.25], [0.75, 0.3], [0.3, 0.7], [0.75, 0.78]]) {
+    await page.mouse.move(...at(place));
+    await idle(page);
+    await near(place, 'a spot');
+    assert.equal(await drawn_at(page, place), 255);
+    assert.equal(await drawn_at(page, [place[0] + 0.06, place[1]]), 0);
+  }
+  await page.mouse.up();
+  await page.focus('#picture');
+  await page.keyboard.down('Shift');
+  await page.keyboard.press('ArrowLeft');
+  await page.keyboard.up('Shift');
+  await idle(page);
+  await near([0.75 - 10 / kCamera, 0.78], 'a spot, ten camera pixels further left');
+  await set_control(page, 'Light one projector pixel (a column of T)', true);
+  await page.mouse.move(...at([0.22, 0.3]));
+  await idle(page);
+  await near([0.22, 0.3], 'one cell');
+  assert.equal(await drawn_at(page, [0.22 + 8 / box.width, 0.3]), 255); // the cross, whose middle is free
+  await page.mouse.move(...at([0.02, 0.02])); // where no cell is
+  await idle(page);
+  await set_control(page, 'Move lights', true);
+}
+
+/** The row of T of the pixel under the pointer is on the cells: most light comes from the cell that it looks at. */
+async function a_camera_pixel_sees_its_cell(page) {
+  await page.evaluate('symrigView.state.pixel = [0.2, 0.7]');
+  await set_control(page, 'Show which light one camera pixel sees (a row of T)', true);
+  const { rows, cols, most } = await page.evaluate(() => {
+    const { planes: [plane], tile } = symrigView.shown;
+    return { ...tile, most: plane.indexOf(plane.reduce((a, b) => Math.max(a, b))) };
+  });
+  assert.deepEqual([rows, cols], [kCells, kCells]);
+  // Between the cells, the pixel may look at a neighbour.
+  assert.ok(Math.abs((most % cols) + 0.5 - 0.2 * cols) <= 1.5 && Math.abs(Math.floor(most / cols) + 0.5 - 0.7 * rows) <= 1.5, String(most));
+  await set_control(page, 'Move lights', true);
+}
+
+/** Truth and held-out photographs are on the cells, so they stand beside the picture and have no difference from it. */
+async function compares_with_the_cells(page) {
+  const sizes = {};
+  for (const kind of ['light', 'flood', 'truth', 'dual', 'held:0']) {
+    await set_control(page, 'Show beside', kind);
+    sizes[kind] = await page.$eval('#other', (one) => [one.height, one.width]);
+    assert.equal(await page.$eval('#summary', (one) => one.textContent), '', kind);
+  }
+  const cells = [kCells, kCells];
+  assert.deepEqual(sizes, { light: cells, flood: [kCamera, kCamera], truth: cells, dual: cells, 'held:0': cells });
+  await set_control(page, 'Show beside', 'none');
+}
+
+/** A scene with many camera pixels: fewer of them while something moves, and all of them afterwards and in a file. */
+async function moves_quickly(page) {
+  await page.evaluate((step) => {
+    const { facts, engine } = symrigView, [rows, cols] = facts.camera;
+    facts.quick = [rows / step, cols / step];
+    engine.quick = async (light, pixels) => (await engine.relight(light, rows * cols)).map((plane) =>
+      Float32Array.from({ length: pixels }, (_, k) => plane[Math.floor(k / facts.quick[1]) * step * cols + (k % facts.quick[1]) * step]));
+  }, 4);
+  const shown = () => page.evaluate('symrigView.shown.planes[0].length');
+  const box = await (await page.$('#picture')).boundingBox();
+  await page.evaluate('symrigView.whole()');
+  assert.equal(await shown(), kCamera ** 2);
+  await page.mouse.move(box.x + 100, box.y + 200);
+  await page.mouse.down();
+  await page.evaluate('symrigView.still_at = performance.now() + 1e6'); // however long a picture takes
+  await page.evaluate('symrigView.latest.request()');
+  await idle(page);
+  assert.equal(await shown(), (kCamera / 4) ** 2);
+  const now = await (await page.$('#picture')).boundingBox();
+  assert.deepEqual([now.width, now.height], [box.width, box.height]);
+  assert.match(await page.$eval('#readout', (one) => one.textContent), new RegExp(`^row ${Math.floor((200 / box.height) * kCamera)}, `));
+  await page.mouse.move(box.x + 120, box.y + 220);
+  await page.mouse.up();
+  await page.waitForFunction(`symrigView.shown.planes[0].length === ${kCamera ** 2}`);
+  await page.evaluate('delete symrigView.facts.quick');
+}
+
+async function camera_page(browser) {
+  prepare_camera();
+  const server = await serve(symrig, file('camera.h5'));
+  try {
+    const { page, faults } = await open_page(browser, server.address);
+    assert.match(await page.$eval('#facts', (one) => one.textContent), /the camera's own pixels.*projector 32x32, camera 152x152.*relit by symrig/);
+    await opens_ready_to_use(page);
+    await light_follows_the_pointer(page);
+    await a_camera_pixel_sees_its_cell(page);
+    await compares_with_the_cells(page);
+    await shows_levels_and_ranks(page);
+    await moves_quickly(page);
+    await pixels_are_those_of_relight(browser, page, 'cells.png', 'own.png');
+    assert.deepEqual(faults, []);
+    await page.close();
+    await fits_a_phone(browser, server.address);
+  } finally {
+    assert.equal(await server.end(), 0);
+  }
+}
+
+/** With --cells, and in a file, the page is that of the cells. */
+async function camera_page_of_the_cells(browser) {
+  run(symrig, ['view', file('camera.h5'), '--export', file('camera.html')]);
+  run(symrig, ['relight', file('camera.h5'), '--light', file('cells.png'), '--cells', '-o', file('on-cells.png')]);
+  const server = await start(symrig, ['view', file('camera.h5'), '--cells']);
+  try {
+    for (const address of [server.address, `file://${file('camera.html')}`]) {
+      const { page, faults } = await open_page(browser, address);
+      assert.match(await page.$eval('#facts', (one) => one.textContent), /the projector's cells, 32x32 pixels.*relit by this page/);
+      await pixels_are_those_of_relight(browser, page, 'cells.png', 'on-cells.png');
+      assert.deepEqual(faults, []);
+      await page.close();
+    }
+  } finally {
+    assert.equal(await server.end(), 0);
+  }
+}
+
 prepare();
 const browser = await launch(chromium);
 try {
@@ -288,6 +459,8 @@ try {
   await report_fits_a_phone(browser);
   await a_reduced_page_says_so(browser);
   await other_scenes_are_the_same(browser);
+  await camera_page(browser);
+  await camera_page_of_the_cells(browser);
 } finally {
   await browser.close();
   fs.rmSync(folder, { recursive: true });

@@ -25,6 +25,7 @@ struct ViewArguments {
   std::string scene, page, memory;
   std::optional<int> port;
   std::optional<double> max_megabytes;
+  bool cells = false;
 };
 
 std::string title_of(const ViewArguments& arguments) {
@@ -45,7 +46,8 @@ Result<void> export_scene(const ViewArguments& arguments, const StoredScene& sce
                 "resolution; a larger --max-mb allows more.",
                 to_string(scene.tensor.camera_grid()), static_cast<double>(options.max_bytes) / kMegabyte)
           : "";
-  return print(fmt::format("{}: {}, {}, open it in a browser{}\n", arguments.page, to_string(page.camera),
+  return print(fmt::format("{}: {}{}, {}, open it in a browser{}\n", arguments.page, to_string(page.camera),
+                           scene.camera_left_out ? " on the projector's cells" : "",
                            byte_size(static_cast<double>(page.html.size())), smaller));
 }
 
@@ -61,8 +63,9 @@ Result<void> serve(const ViewArguments& arguments, StoredScene scene) {
 }
 
 Result<void> check_values(const CLI::App& command, const ViewArguments& arguments) {
-  const std::array<Idle, 2> options{
-      {{"--port", !arguments.page.empty(), "with --export, which serves nothing"},
+  const std::array<Idle, 3> options{
+      {{"--cells", !arguments.page.empty(), "with --export, whose page is on the cells"},
+       {"--port", !arguments.page.empty(), "with --export, which serves nothing"},
        {"--max-mb", arguments.page.empty(), "without --export"}}};
   SYMRIG_CHECK(check_effects(command, options));
   if (arguments.port) SYMRIG_CHECK(check_port(*arguments.port));
@@ -80,7 +83,8 @@ Result<void> run(const CLI::App& command, const ViewArguments& arguments) {
                    .writes("--export", arguments.page, FileFormat::page)
                    .check());
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
-  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
+  const bool camera = arguments.page.empty() && !arguments.cells;
+  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene, {.memory = memory, .camera = camera}));
   if (scene.tensor.channels() != 1 && scene.tensor.channels() != 3)
     return Error{
         ErrorCode::bad_value,
@@ -99,12 +103,15 @@ Job add_view(CLI::App& command) {
   add_memory(command, arguments->memory);
   command
       .add_option("--export", arguments->page,
-                  "Serve nothing: write one HTML file that contains the scene and opens without symrig")
+                  "Serve nothing: write one HTML file that contains the scene, on the projector's cells, and "
+                  "opens without symrig")
       ->type_name("scene.html");
   command
       .add_option("--max-mb", arguments->max_megabytes,
                   "Largest exported file in MB; a larger scene gets a lower resolution (default: 50)")
       ->type_name("MB");
+  command.add_flag("--cells", arguments->cells,
+                   "Pictures on the projector's cells, also where the scene has the camera's own pixels");
   add_port(command, arguments->port);
   command.footer(
       std::string(
@@ -116,7 +123,9 @@ Job add_view(CLI::App& command) {
           "127.0.0.1 only, and\n"
           "its address contains a secret. For a scene on another machine: ssh -L "
           "8080:127.0.0.1:PORT that-machine.\n"
-          "The page loads nothing from any network.\n"
+          "The page loads nothing from any network. Its pictures have the camera's own pixels if the scene "
+          "has them, and the\n"
+          "projector's cells with --cells or --export.\n"
           "\n") +
       kExitCodes);
   takes_number<double>(command.get_option("--max-mb"));

@@ -33,14 +33,26 @@ nlohmann::json scene_facts(const StoredScene& scene, std::string_view title) {
   const ViewLayout views = tensor.camera_tree().views();
   nlohmann::json names = nlohmann::json::array();
   for (const HeldOut& one : scene.held_out) names.push_back(one.name);
-  return {{"title", title},
-          {"camera", size_of(tensor.camera_grid())},
-          {"projector", size_of(tensor.projector_grid())},
-          {"channels", tensor.channels()},
-          {"symmetric", tensor.symmetric()},
-          {"views", {views.rows, views.cols}},
-          {"levels", tensor.levels()},
-          {"heldOut", std::move(names)}};
+  nlohmann::json facts{{"title", title},
+                       {"camera", size_of(tensor.camera_grid())},
+                       {"projector", size_of(tensor.projector_grid())},
+                       {"channels", tensor.channels()},
+                       {"symmetric", tensor.symmetric()},
+                       {"views", {views.rows, views.cols}},
+                       {"levels", tensor.levels()},
+                       {"heldOut", std::move(names)}};
+  if (scene.camera || scene.camera_left_out) facts["pixels"] = "cells";
+  return facts;
+}
+
+/// Views tile the cells, not these pixels.
+void add_camera_facts(nlohmann::json& facts, const CameraView& camera) {
+  facts["pixels"] = "camera";
+  facts["camera"] = size_of(camera.camera().camera_grid());
+  facts["channels"] = camera.channels();
+  facts["symmetric"] = false;
+  facts["views"] = {1, 1};
+  if (const auto quick = camera.quick_grid()) facts["quick"] = size_of(*quick);
 }
 
 std::string page_text(const PageParts& parts) {

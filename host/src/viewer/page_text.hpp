@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/tensor/file.hpp"
+#include "viewer/camera_view.hpp"
 
 #include <string>
 #include <string_view>
@@ -18,6 +19,8 @@ std::string_view kernel_module();
 
 /// What the page's script must know of a scene: title, grids, channels, views, names of held-out photographs.
 nlohmann::json scene_facts(const StoredScene& scene, std::string_view title);
+/// Makes them those of a page that shows the camera's own pixels.
+void add_camera_facts(nlohmann::json& facts, const CameraView& camera);
 
 /// What differs between two pages.
 struct PageParts {

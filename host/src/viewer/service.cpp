@@ -147,11 +147,24 @@ ViewReply relit_reply(std::string_view light, const TransportTensor& tensor, boo
       [&](const Image<float>& one) { return dual ? tensor.apply_transposed(one) : tensor.apply(one); });
 }
 
-ViewReply photograph_reply(const Image<float>& pattern, const Image<float>& photograph) {
+ViewReply planes_reply(const Image<float>& picture) {
   ViewReply reply{.type = kNumbers};
-  append_plane(reply.body, pattern.values());
-  for (int channel = 0; channel < photograph.channels(); ++channel)
-    append_plane(reply.body, photograph.plane(channel));
+  for (int channel = 0; channel < picture.channels(); ++channel)
+    append_plane(reply.body, picture.plane(channel));
+  return reply;
+}
+
+ViewReply photograph_reply(const Image<float>& pattern, const Image<float>& photograph) {
+  ViewReply reply = planes_reply(pattern);
+  reply.body += planes_reply(photograph).body;
+  return reply;
+}
+
+ViewReply places_reply(const CellPlaces& places) {
+  ViewReply reply{.type = kNumbers};
+  append(reply.body, std::span<const float>(places.affine));
+  append(reply.body, std::span<const float>(places.x));
+  append(reply.body, std::span<const float>(places.y));
   return reply;
 }
 

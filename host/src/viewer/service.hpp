@@ -6,6 +6,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
+#include "viewer/camera_view.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -82,8 +83,12 @@ using Seen = std::function<Result<Image<float>>(const Image<float>& light)>;
 ViewReply picture_reply(std::string_view light, Grid grid, const Seen& seen);
 /// The same of a tensor. dual: its transpose.
 ViewReply relit_reply(std::string_view light, const TransportTensor& tensor, bool dual);
+/// All planes of a picture.
+ViewReply planes_reply(const Image<float>& picture);
 /// A pattern and its photograph.
 ViewReply photograph_reply(const Image<float>& pattern, const Image<float>& photograph);
+/// Floats: the affine map, x of each cell, y of each cell.
+ViewReply places_reply(const CellPlaces& places);
 /// Numbers of 32 bits: pixels of the camera, pixels of the projector (0 if it has the camera's order),
 /// leaves; the orders; 7 numbers a leaf.
 ViewReply leaves_reply(const TransportTensor& tensor);

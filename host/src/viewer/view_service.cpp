@@ -20,11 +20,20 @@ ViewReply bytes_reply(std::string bytes) {
   return {.type = "application/octet-stream", .body = std::move(bytes)};
 }
 
+/// A number of an address; nothing if it is no number from 0 to below `end`.
+std::optional<std::size_t> number_below(std::int64_t end, std::string_view text) {
+  std::size_t k = 0;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), k);
+  const bool good = error == std::errc{} && rest == text.data() + text.size() && std::cmp_less(k, end);
+  return good ? std::optional(k) : std::nullopt;
+}
+
 }  // namespace
 
 ViewService::ViewService(StoredScene scene, ViewOptions options, const std::string& secret, std::string nonce)
     : scene_(std::move(scene)), options_(std::move(options)), gate_(secret), nonce_(std::move(nonce)) {
-  if (scene_.tensor.bytes() > options_.max_local_bytes) return;
+  if (scene_.camera) camera_ = CameraView::make(scene_.camera);
+  if (camera_ || scene_.tensor.bytes() > options_.max_local_bytes) return;
   // Without a pack, the page asks the server for each picture.
   const Result<PageTensor> page = page_tensor(scene_.tensor);
   if (!page) return;
@@ -45,6 +54,12 @@ ViewReply ViewService::answer(const ViewRequest& request) {
 }
 
 ViewReply ViewService::posted(std::string_view what, std::string_view light) const {
+  if (camera_ && what == "relight")
+    return picture_reply(light, scene_.tensor.projector_grid(),
+                         [&](const Image<float>& one) { return camera_->relit(one); });
+  if (camera_ && camera_->quick_grid() && what == "quick")
+    return picture_reply(light, scene_.tensor.projector_grid(),
+                         [&](const Image<float>& one) { return camera_->relit_quickly(one); });
   if (what == "relight" || what == "dual") return relit_reply(light, scene_.tensor, what == "dual");
   if (what == "truth" && options_.truth)
     return picture_reply(light, scene_.tensor.projector_grid(), options_.truth);
@@ -61,7 +76,18 @@ ViewReply ViewService::got(std::string_view what) const {
   if (what.substr(0, kHeldOut.size()) == kHeldOut) return held_out(what.substr(kHeldOut.size()));
   if (what == "relight" || what == "dual" || (what == "truth" && options_.truth))
     return refusal(405, "Use POST.");
-  return nothing_here();
+  return camera_ ? of_camera(what) : nothing_here();
+}
+
+ViewReply ViewService::of_camera(std::string_view what) const {
+  constexpr std::string_view kSees = "sees/";
+  if (what == "places") return places_reply(cell_places(camera_->camera()));
+  if (what == "quick" && camera_->quick_grid()) return refusal(405, "Use POST.");
+  if (what.substr(0, kSees.size()) != kSees) return nothing_here();
+  const auto pixel = number_below(camera_->camera().camera_grid().size(), what.substr(kSees.size()));
+  if (!pixel) return refusal(404, "There is no pixel of this number.");
+  const auto seen = camera_->seen_by(static_cast<std::int32_t>(*pixel));
+  return seen ? planes_reply(*seen) : refusal(500, seen.error().line());
 }
 
 nlohmann::json ViewService::facts() const {
@@ -70,15 +96,14 @@ nlohmann::json ViewService::facts() const {
   facts["truth"] = static_cast<bool>(options_.truth);
   facts["packed"] = !pack_.empty();
   facts["sections"] = sections_;
+  if (camera_) add_camera_facts(facts, *camera_);
   return facts;
 }
 
 ViewReply ViewService::held_out(std::string_view number) const {
-  std::size_t k = 0;
-  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), k);
-  if (error != std::errc{} || end != number.data() + number.size() || k >= scene_.held_out.size())
-    return refusal(404, "There is no held-out photograph of this number.");
-  return photograph_reply(scene_.held_out[k].pattern, scene_.held_out[k].photograph);
+  const auto k = number_below(std::ssize(scene_.held_out), number);
+  if (!k) return refusal(404, "There is no held-out photograph of this number.");
+  return photograph_reply(scene_.held_out[*k].pattern, scene_.held_out[*k].photograph);
 }
 
 namespace {

@@ -3,6 +3,7 @@
 
 #include "symrig/viewer/live.hpp"
 #include "symrig/viewer/server.hpp"
+#include "viewer/camera_view.hpp"
 #include "viewer/service.hpp"
 
 #include <cstdint>
@@ -22,6 +23,10 @@ namespace symrig::viewer {
 /// to relight by itself; no pack of a large scene. POST "relight", "dual", "truth": a light (decode_light());
 /// the reply is the picture, one plane or three. GET "leaves": tree order and the table of leaves. GET
 /// "held-out/K": a pattern and its photograph.
+///
+/// With T on the camera's own pixels, "relight" gives these, and POST "quick" fewer of them if there are many
+/// (CameraView). GET "places": the numbers of CellPlaces. GET "sees/K": the light that pixel K sees. All else
+/// stays on the cells, and there is no pack.
 class ViewService final : public Service {
  public:
   ViewService(StoredScene scene, ViewOptions options, const std::string& secret, std::string nonce);
@@ -37,8 +42,10 @@ class ViewService final : public Service {
   ViewReply got(std::string_view what) const;
   nlohmann::json facts() const;
   ViewReply held_out(std::string_view number) const;
+  ViewReply of_camera(std::string_view what) const;
 
   StoredScene scene_;
+  std::optional<CameraView> camera_;
   ViewOptions options_;
   Gate gate_;
   std::string nonce_;

@@ -10,21 +10,21 @@ import { Latest } from "./latest.js";
 import { place_on_path } from "./animation.js";
 import { element, save_file } from "./widgets.js";
 import { cut_planes, tile_of } from "./views.js";
+import { kSamePlaces } from "./places.js";
 import { draw_overlay, leaf_codes, nearest_light, has_place, paint_canvas, watch_pointer } from "./stage.js";
 import { RunningCapture } from "./capture.js";
 import { build_animation, build_controls, build_lights, build_modes, build_tone } from "./controls.js";
 
 const kModesOfOnePixel = ["light", "sees"];
+const kStill = 200; // ms without a change, after which a quick picture becomes the whole one
 const by_id = (id) => document.getElementById(id);
 const number = (v) => (v === 0 ? "0" : Math.abs(v) >= 1e-3 && Math.abs(v) < 1e4 ? v.toPrecision(4) : v.toExponential(3));
 
 class App {
   constructor(facts, engine) {
-    this.facts = facts;
-    this.engine = engine;
+    Object.assign(this, { facts, engine });
     this.state = state_of_text(location.hash.slice(1)) ?? first_state();
-    this.camera_pixels = facts.camera[0] * facts.camera[1];
-    this.projector_pixels = facts.projector[0] * facts.projector[1];
+    this.still_at = 0; // from then on, pictures are whole
     this.playing = false;
     this.phase = 0;
     this.cursor = null; // where values are read: [x, y] in shares of the picture
@@ -34,6 +34,7 @@ class App {
   }
 
   async start() {
+    await this.learn();
     await this.look_flood_lit();
     if (this.state.stops === null) this.state.stops = Math.log2(automatic_exposure(this.flood));
     build_controls(this);
@@ -42,6 +43,17 @@ class App {
     window.addEventListener("hashchange", () => this.follow_link());
     this.latest.request();
     await this.latest.idle();
+  }
+
+  /** What follows from facts and engine. */
+  async learn() {
+    const pixels = ([rows, cols]) => rows * cols;
+    this.own_pixels = this.facts.pixels === "camera";
+    this.cells = this.own_pixels ? this.facts.projector : this.facts.camera; // of what only T on the cells tells
+    this.camera_pixels = pixels(this.facts.camera);
+    this.projector_pixels = pixels(this.facts.projector);
+    this.cell_pixels = pixels(this.cells);
+    this.places = this.own_pixels ? await this.engine.places(this.facts.projector) : kSamePlaces;
   }
 
   async look_flood_lit() {
@@ -60,6 +72,7 @@ class App {
   async complete(facts, engine) {
     await this.latest.idle();
     Object.assign(this, { facts, engine });
+    await this.learn();
     build_controls(this);
     await this.refresh();
   }
@@ -88,13 +101,37 @@ class App {
     const { from, to } = this.tiles();
     const light = await this.light(from);
     const sees = this.state.mode === "sees";
-    const full = sees ? await this.engine.dual(this.one_pixel(this.facts.camera, to), this.projector_pixels)
-      : await this.engine.relight(light, this.camera_pixels);
-    const grid = sees ? this.facts.projector : this.facts.camera, tile = sees ? from : to;
-    this.shown = { planes: cut_planes(full, grid, tile), tile };
+    this.shown = sees ? { planes: cut_planes(await this.row(to), this.facts.projector, from), tile: from } : await this.relit(light, to);
     this.beside = sees ? null : await this.comparison(light, from, to);
     this.paint();
     await this.show_leaves(from, to);
+  }
+
+  /** The picture under a light. While something changes, it may be a quick one of fewer pixels. */
+  async relit(light, to) {
+    const { camera, quick } = this.facts, wait = this.still_at - performance.now();
+    clearTimeout(this.later);
+    if (!quick || wait <= 0 || this.state.difference) return { planes: cut_planes(await this.engine.relight(light, this.camera_pixels), camera, to), tile: to };
+    this.later = setTimeout(() => this.latest.request(), wait);
+    return { planes: await this.engine.quick(light, quick[0] * quick[1]), tile: { row: 0, col: 0, rows: quick[0], cols: quick[1] }, frame: camera };
+  }
+
+  hurry() {
+    this.still_at = performance.now() + kStill;
+    this.latest.request();
+  }
+
+  /** The whole picture, however short ago something has changed. */
+  async whole() {
+    this.still_at = 0;
+    this.latest.request();
+    await this.latest.idle();
+  }
+
+  /** The light that the camera's chosen pixel sees. */
+  row(to) {
+    if (!this.own_pixels) return this.engine.dual(this.one_pixel(this.facts.camera, to), this.projector_pixels);
+    return this.engine.sees(this.pixel_in(this.facts.camera, to, this.places.on_picture(this.state.pixel)), this.projector_pixels);
   }
 
   async light(from) {
@@ -109,14 +146,14 @@ class App {
   }
 
   async held_out(k) {
-    if (!this.held.has(k)) this.held.set(k, await this.engine.held_out(k, this.projector_pixels, this.camera_pixels));
+    if (!this.held.has(k)) this.held.set(k, await this.engine.held_out(k, this.projector_pixels, this.cell_pixels));
     return this.held.get(k);
   }
 
   /** The index of the chosen pixel in a grid. */
-  pixel_in(grid, tile) {
-    const at = (share, size) => Math.min(Math.floor(share * size), size - 1);
-    return (tile.row + at(this.state.pixel[1], tile.rows)) * grid[1] + tile.col + at(this.state.pixel[0], tile.cols);
+  pixel_in(grid, tile, place = this.state.pixel) {
+    const at = (share, size) => Math.min(Math.max(Math.floor(share * size), 0), size - 1);
+    return (tile.row + at(place[1], tile.rows)) * grid[1] + tile.col + at(place[0], tile.cols);
   }
 
   one_pixel(grid, tile) {
@@ -125,17 +162,19 @@ class App {
     return [plane];
   }
 
-  /** {planes, tile, name, comparable} or null. */
+  /** {planes, tile, name, comparable} or null. Truth and held-out photographs are on the cells. */
   async comparison(light, from, to) {
     const { compare } = this.state, { camera, projector } = this.facts;
-    const seen = (planes, name) => ({ planes: cut_planes(planes, camera, to), tile: to, name, comparable: true });
-    if (compare === "flood") return seen(this.flood, "Flood-lit");
-    if (compare === "truth") return seen(await asked_picture("truth", light, this.camera_pixels), "Truth");
+    const seen = (planes, name, grid, tile) =>
+      ({ planes: cut_planes(planes, grid, tile), tile, name, comparable: tile.rows === this.shown.tile.rows && tile.cols === this.shown.tile.cols });
+    const on_cells = (planes, name) => seen(planes, name, this.cells, this.own_pixels ? from : to);
+    if (compare === "flood") return seen(this.flood, "Flood-lit", camera, to);
+    if (compare === "truth") return on_cells(await asked_picture("truth", light, this.cell_pixels), "Truth");
     if (compare === "light") return { planes: cut_planes(light, projector, from), tile: from, name: "The light", exposure: 1 };
     const held = this.held_number();
-    if (held !== null) return seen((await this.held_out(held)).photograph, `Held-out photograph: ${this.facts.heldOut[held]}`);
+    if (held !== null) return on_cells((await this.held_out(held)).photograph, `Held-out photograph: ${this.facts.heldOut[held]}`);
     if (compare !== "dual") return null;
-    const planes = await this.engine.dual(light_planes(this.state.lights, camera, to), this.projector_pixels);
+    const planes = await this.engine.dual(light_planes(this.state.lights, this.cells, this.own_pixels ? from : to), this.projector_pixels);
     return { planes: cut_planes(planes, projector, from), tile: from, name: "Dual view: the light shines from the camera" };
   }
 
@@ -145,9 +184,9 @@ class App {
   }
 
   paint() {
-    const { planes, tile } = this.shown, { state } = this, exposure = this.exposure();
+    const { planes, tile, frame } = this.shown, { state } = this, exposure = this.exposure();
     const fill = (what, factor) => (codes) => paint_picture(codes, what, factor, state.curve, state.colours);
-    paint_canvas(by_id("picture"), tile.rows, tile.cols, fill(planes, exposure));
+    paint_canvas(by_id("picture"), tile.rows, tile.cols, fill(planes, exposure), frame);
     by_id("other-figure").hidden = !this.beside;
     if (this.beside) {
       const { beside } = this, difference = state.difference && beside.comparable;
@@ -178,9 +217,9 @@ class App {
 
   read_values() {
     if (!this.cursor || !this.shown) return;
-    const { tile, planes } = this.shown;
-    const row = Math.min(Math.floor(this.cursor[1] * tile.rows), tile.rows - 1), col = Math.min(Math.floor(this.cursor[0] * tile.cols), tile.cols - 1);
-    const at = row * tile.cols + col;
+    const { tile, planes, frame } = this.shown;
+    const pixel = (rows, cols) => [Math.min(Math.floor(this.cursor[1] * rows), rows - 1), Math.min(Math.floor(this.cursor[0] * cols), cols - 1)];
+    const [r, c] = pixel(tile.rows, tile.cols), at = r * tile.cols + c, [row, col] = frame ? pixel(...frame) : [r, c];
     const values = (what) => what.map((plane) => number(plane[at])).join(" ");
     let text = `row ${row}, column ${col}: ${values(planes)}`;
     if (this.beside?.comparable) {
@@ -197,9 +236,10 @@ class App {
     }
     this.leaf_table ??= await this.engine.leaves();
     const map = leaves_of(this.leaf_table, this.pixel_in(this.facts.projector, from));
-    const [level, rank] = cut_planes([map.level, map.rank].map((one) => Float32Array.from(one)), this.facts.camera, to);
+    const tile = this.own_pixels ? from : to;
+    const [level, rank] = cut_planes([map.level, map.rank].map((one) => Float32Array.from(one)), this.cells, tile);
     const { codes, legend } = leaf_codes({ level, rank }, this.state.inside, this.facts.levels);
-    this.set_leaves({ rows: to.rows, cols: to.cols, codes }, legend);
+    this.set_leaves({ rows: tile.rows, cols: tile.cols, codes, affine: this.places.affine }, legend);
   }
 
   set_leaves(leaves, legend) {
@@ -216,13 +256,31 @@ class App {
   overlay() {
     const { state } = this, of_pixel = kModesOfOnePixel.includes(state.mode);
     draw_overlay(by_id("overlay"), {
-      lights: of_pixel || this.held_number() !== null ? [] : state.lights,
+      lights: of_pixel || this.held_number() !== null ? [] : state.lights.map((light) => this.seen_light(light)),
       chosen: state.chosen,
-      pixel: state.mode !== "move" || state.inside !== "none" ? state.pixel : null,
+      pixel: state.mode !== "move" || state.inside !== "none" ? this.on_shown(state.pixel) : null,
       leaves: this.leaves,
-      path: state.mode === "path" ? state.drawn : [],
+      path: state.mode === "path" ? state.drawn.map((place) => this.on_shown(place)) : [],
       path_closed: !this.drawing,
     });
+  }
+
+  /** A place on the cells, on the picture that is shown, and back. The light that a pixel sees is shown on the cells. */
+  on_shown(place) {
+    return this.state.mode === "sees" ? place : this.places.on_picture(place);
+  }
+
+  of_shown(place) {
+    return this.state.mode === "sees" ? place : this.places.on_cells(place);
+  }
+
+  /** A light as it is drawn over the picture. */
+  seen_light(light) {
+    if (!this.own_pixels || !has_place(light)) return light;
+    const [x, y] = this.on_shown([light.x, light.y]), angle = ((light.angle ?? 0) * Math.PI) / 180, [rows, cols] = this.facts.projector;
+    const ahead = this.on_shown([light.x + Math.cos(angle) / cols, light.y + Math.sin(angle) / rows]);
+    const turned = Math.atan2((ahead[1] - y) * this.facts.camera[0], (ahead[0] - x) * this.facts.camera[1]);
+    return { ...light, x, y, angle: (turned * 180) / Math.PI };
   }
 
   // What the user does.
@@ -233,7 +291,7 @@ class App {
       if (!values.automatic && !("stops" in values)) this.state.stops = Math.log2(automatic_exposure(this.shown.planes));
       if (document.activeElement?.type !== "range") build_tone(this);
     }
-    this.latest.request();
+    this.hurry();
   }
 
   set_mode(mode) {
@@ -273,7 +331,7 @@ class App {
 
   change_light(key, value) {
     this.state.lights[this.state.chosen][key] = value;
-    this.latest.request();
+    this.hurry();
   }
 
   remove_light() {
@@ -291,6 +349,7 @@ class App {
   point(phase, place, event) {
     this.cursor = place;
     this.read_values();
+    place = this.of_shown(place);
     const { state } = this;
     if (state.inside !== "none" || kModesOfOnePixel.includes(state.mode)) this.choose_pixel(place, event);
     else if (phase !== "hover") this.pull(phase, place, event);
@@ -339,7 +398,7 @@ class App {
   /** A picture for this event. The first of those that wait counts. */
   ask(event) {
     this.event_time ??= event.timeStamp;
-    this.latest.request();
+    this.hurry();
   }
 
   key(event) {
@@ -373,11 +432,13 @@ class App {
   /** Moves the chosen pixel or light, which is then where values are read. */
   move_by(shift) {
     const { state } = this, light = state.lights[state.chosen];
-    const clip = (v) => Math.min(Math.max(v, 0), 1);
-    if (state.mode !== "move" || state.inside !== "none") this.cursor = state.pixel = state.pixel.map((v, axis) => clip(v + shift[axis]));
+    const moved = (place) => {
+      this.cursor = this.on_shown(place).map((v, axis) => Math.min(Math.max(v + shift[axis], 0), 1));
+      return this.of_shown(this.cursor);
+    };
+    if (state.mode !== "move" || state.inside !== "none") state.pixel = moved(state.pixel);
     if (state.mode !== "move" || !light || !has_place(light)) return;
-    [light.x, light.y] = [clip(light.x + shift[0]), clip(light.y + shift[1])];
-    this.cursor = [light.x, light.y];
+    [light.x, light.y] = moved([light.x, light.y]);
   }
 
   play(on) {
@@ -398,7 +459,7 @@ class App {
       if (!this.playing || !light || !has_place(light)) return;
       this.phase += ((now - before) / 1000) * this.state.speed;
       [light.x, light.y] = place_on_path(this.state.path, this.phase, this.state.drawn);
-      this.latest.request();
+      this.hurry();
       await this.latest.idle();
       this.step_animation(now);
     });
@@ -409,13 +470,13 @@ class App {
   }
 
   async save_png() {
-    await this.latest.idle();
+    await this.whole();
     by_id("picture").toBlob((blob) => save_file(this.file_name("png"), blob), "image/png");
     by_id("saved").textContent = `${this.file_name("png")}: the picture as shown.`;
   }
 
   async save_exr() {
-    await this.latest.idle();
+    await this.whole();
     const { planes, tile } = this.shown;
     save_file(this.file_name("exr"), new Blob([exr_bytes(planes, tile.rows, tile.cols, this.exr_facts())], { type: "image/x-exr" }));
     by_id("saved").textContent = `${this.file_name("exr")}: radiance, without exposure and curve.`;
@@ -459,7 +520,8 @@ function fact_line(facts) {
   const size = ([rows, cols]) => `${rows}x${cols}`;
   const grids = facts.symmetric ? size(facts.camera) : `projector ${size(facts.projector)}, camera ${size(facts.camera)}`;
   const relit = facts.live ? "the tensor so far" : relights_here(facts) ? "relit by this page" : "relit by symrig";
-  return `${grids} pixels, ${facts.channels === 1 ? "one channel" : "colour"}, ${relit}`;
+  const shown = { camera: "the camera's own pixels, ", cells: "the projector's cells, " }[facts.pixels] ?? "";
+  return `${shown}${grids} pixels, ${facts.channels === 1 ? "one channel" : "colour"}, ${relit}`;
 }
 
 /** A served page relights by itself too, unless the scene is large or its address asks for the server. */

@@ -4,14 +4,14 @@ import { scale_colour } from "./leaves.js";
 
 const kNear = 0.06; // share of the picture: a light this near to the pointer is taken hold of
 
-/** A canvas with one pixel for each pixel of a picture. fill(codes) writes its RGBA codes. */
-export function paint_canvas(canvas, rows, cols, fill) {
+/** A canvas with one pixel for each pixel of a picture. fill(codes) writes its RGBA codes. frame: the grid whose shape it has. */
+export function paint_canvas(canvas, rows, cols, fill, frame = [rows, cols]) {
   if (canvas.width !== cols || canvas.height !== rows) {
     canvas.width = cols;
     canvas.height = rows;
-    const frame = canvas.parentElement;
-    frame.style.aspectRatio = `${cols} / ${rows}`;
-    frame.style.maxWidth = `calc(var(--tallest) * ${(cols / rows).toFixed(4)})`;
+    const { style } = canvas.parentElement, [high, wide] = frame;
+    style.aspectRatio = `${wide} / ${high}`;
+    style.maxWidth = `calc(var(--tallest) * ${(wide / high).toFixed(4)})`;
   }
   const context = canvas.getContext("2d");
   const image = context.createImageData(cols, rows);
@@ -69,13 +69,16 @@ export function draw_overlay(canvas, { lights, chosen, pixel, leaves, path, path
   if (pixel) draw_cross(context, box, pixel);
 }
 
-function draw_leaves(context, canvas, { rows, cols, codes }) {
+/** affine: where the cells lie on the picture (places.js). */
+function draw_leaves(context, canvas, { rows, cols, codes, affine: [a, b, e, c, d, f] }) {
   const small = document.createElement("canvas");
   small.width = cols;
   small.height = rows;
   small.getContext("2d").putImageData(new ImageData(codes, cols, rows), 0, 0);
   context.imageSmoothingEnabled = false;
-  context.drawImage(small, 0, 0, canvas.width, canvas.height);
+  context.setTransform(a * canvas.width, c * canvas.height, b * canvas.width, d * canvas.height, e * canvas.width, f * canvas.height);
+  context.drawImage(small, 0, 0, 1, 1);
+  context.resetTransform();
 }
 
 function outlined(context, draw, width = 2) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the user has chosen. Positions and sizes are shares of the picture's width and height, so a state fits every resolution.
 
-/** The state of a new page: one spot. */
+/** The state of a new page: one spot, so wide and soft that all of the scene is seen. */
 export function first_state() {
   return {
     mode: "move",
-    lights: [new_light("spot")],
+    lights: [{ ...new_light("spot"), size: 0.5, soft: 0.8 }],
     chosen: 0,
     pixel: [0.5, 0.5],
     automatic: false,

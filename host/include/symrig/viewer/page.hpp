@@ -18,7 +18,7 @@ struct ExportOptions {
   std::int64_t max_bytes = kMaxExport;  ///< a scene that takes more is reduced
 };
 
-/// One HTML file that relights a scene in any browser.
+/// One HTML file that relights a scene in any browser. It holds T on the projector's cells only.
 struct ExportedPage {
   std::string html;
   Grid camera, projector;  ///< the grids of the page

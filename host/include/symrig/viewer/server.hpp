@@ -18,7 +18,8 @@ struct ViewOptions {
   std::string title;       ///< the heading of the page
   std::uint16_t port = 0;  ///< 0: any free port
   /// A tensor of at most this size is sent to the page, which then relights by itself: faster than asking,
-  /// above all over a network. Larger ones are relit here. units: bytes.
+  /// above all over a network. Larger ones are relit here, and so is T on a camera's own
+  /// pixels, which the page shows where the scene has it. units: bytes.
   std::int64_t max_local_bytes = 64'000'000;
   /// photograph = T · pattern with the true T of a simulated scene; may be empty.
   std::function<Result<Image<float>>(const Image<float>&)> truth;
