@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/tensor/camera_transport.hpp"
+#include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -75,8 +76,8 @@ struct TurnedCamera {
       for (int x = std::max(col - 1, 0); x <= std::min(col + 1, cells.cols - 1); ++x, ++columns) {
         const bool direct = y == row && x == col;
         parts.columns.push_back(-1 - (y * cells.cols + x));
-        parts.middles.push_back(direct == (misled && cell % 7 == 0) ? 0.125F : 0.5F);
-        parts.steps.push_back(0x1p-10F);
+        parts.middles.push_back(tensor::to_half(direct == (misled && cell % 7 == 0) ? 0.125F : 0.5F));
+        parts.steps.push_back(tensor::to_half(0x1p-10F));
       }
     parts.groups.push_back({channel, columns, static_cast<std::int32_t>(pixels.size())});
     for (const std::int32_t pixel : pixels) {

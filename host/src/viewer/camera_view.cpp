@@ -3,6 +3,7 @@
 #include "viewer/camera_view.hpp"
 
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -35,11 +36,12 @@ struct Looked {
 std::int32_t cell_of(const Parts& parts, std::int64_t first, std::int32_t columns) {
   std::int32_t cell = -1;
   float most = 0;
-  for (std::int64_t k = first; k < first + columns; ++k)
-    if (parts.columns[k] < 0 && parts.middles[k] > most) {
-      most = parts.middles[k];
-      cell = -1 - parts.columns[k];
-    }
+  for (std::int64_t k = first; k < first + columns; ++k) {
+    const float middle = tensor::from_half(parts.middles[k]);
+    if (parts.columns[k] >= 0 || middle <= most) continue;
+    most = middle;
+    cell = -1 - parts.columns[k];
+  }
   return cell;
 }
 
