@@ -159,8 +159,8 @@ Result<void> compare(const std::string& scene, const std::string& keys, const st
 }  // namespace
 
 int main(int count, char** words) {
-  const int size = count > 1 ? std::atoi(words[1]) : 32;
-  const int seed = count > 2 ? std::atoi(words[2]) : 1;
+  const int size = count > 1 ? static_cast<int>(std::strtol(words[1], nullptr, 10)) : 32;
+  const int seed = count > 2 ? static_cast<int>(std::strtol(words[2], nullptr, 10)) : 1;
   const bool b = count > 3 && std::string_view(words[3]) == "B";
   const int camera = static_cast<int>(std::lround(b ? size * 3.72 + 66 : size * 4.75));
   const std::string keys =

@@ -181,11 +181,18 @@ bool wants_own_pixels(const CaptureJob& job, const OpenedRig& rig) {
   return !job.output.empty() && !job.cells_only && registration != nullptr && !registration->shift;
 }
 
+/// Whether the capture goes on from a log of an earlier version, which keeps photographs on the cells.
+bool goes_on_from_cells(const CaptureJob& job, const LogOptions& keeping) {
+  if (!CaptureLog::goes_on(job.output, keeping)) return false;
+  const auto of_camera = keeps_camera_photographs(CaptureLog::path_of(job.output));
+  return of_camera && !*of_camera;
+}
+
 /// The job with exposures for what is fitted afterwards.
 CaptureJob exposed_for_pixels(CaptureJob job, const OpenedRig& rig) {
   const bool symmetric =
       job.options.algorithm == Algorithm::symrig || job.options.algorithm == Algorithm::paper;
-  if (wants_own_pixels(job, rig) && !job.log.off && symmetric)
+  if (wants_own_pixels(job, rig) && !job.log.off && symmetric && !goes_on_from_cells(job, log_options(job)))
     job.options.exposure = goal_of_pixels(job.options.exposure, rig.registered->weights().noise_share());
   return job;
 }
@@ -281,10 +288,7 @@ LogIdentity identity_of(const CaptureJob& job, const OpenedRig& rig, const Captu
                         const LogOptions& keeping) {
   LogIdentity identity = log_identity(*rig.probe, settings);
   if (rig.registered == nullptr || keeping.off) return identity;
-  if (CaptureLog::goes_on(job.output, keeping)) {
-    const auto of_camera = keeps_camera_photographs(CaptureLog::path_of(job.output));
-    if (of_camera && !*of_camera) return identity;
-  }
+  if (goes_on_from_cells(job, keeping)) return identity;
   identity.steps = rig.registered->steps();
   if (identity.steps) identity.channels = rig.registered->camera().channels();
   return identity;
@@ -366,8 +370,9 @@ std::int64_t memory_wanted(const CaptureSettings& settings, Grid grid, int chann
   return kProgramBytes + grid.size() * (kPixel + channels * kSample) + (keeps ? kept : 0);
 }
 
-Result<CaptureOutcome> run_job(const CaptureJob& asked, OpenedRig& rig) {
-  const CaptureJob job = exposed_for_pixels(asked, rig);
+namespace {
+
+Result<CaptureOutcome> run_exposed(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
@@ -404,6 +409,12 @@ Result<CaptureOutcome> run_job(const CaptureJob& asked, OpenedRig& rig) {
   if (!outcome) return log.broken_off(outcome.error());
   SYMRIG_CHECK(log.finished());
   return outcome;
+}
+
+}  // namespace
+
+Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
+  return run_exposed(exposed_for_pixels(job, rig), rig);
 }
 
 }  // namespace symrig

@@ -347,7 +347,7 @@ TEST(CameraFit, of_a_mosaic_errs_little_more_than_the_ideal_rig) {
         }
     const Image<float> cells = *on_ideal.apply(dots), exact = ideal->ideal_photograph(dots);
     for (std::size_t i = 0; i < cells.values().size(); ++i)
-      of_ideal.add(cells.values()[i], exact.values()[i], dots.values()[i % (32 * 32)] > 0);
+      of_ideal.add(cells.values()[i], exact.values()[i], dots.values()[i % dots.values().size()] > 0);
   }
   EXPECT_LE(of_camera.aside(), 1.3 * of_ideal.aside());
   EXPECT_LE(of_camera.all(), 1.3 * of_ideal.all());

@@ -39,6 +39,7 @@ TEST(CameraTransport, is_its_matrix) {
     Random random(3);
     // More than one pass, and a last one that is not full.
     std::vector<Image<float>> lights;
+    lights.reserve(19);
     for (int k = 0; k < 19; ++k) lights.push_back(random_image({2, 3}, 1, random));
     const std::vector<Image<float>> photographs = *camera.apply_batch(lights);
     const Image<float> seen = random_image({3, 5}, channels, random), back = *camera.adjoint(seen);
