@@ -122,4 +122,39 @@ Result<Radiance> colour_by_flood(const Radiance& mosaic, const Radiance& flood_m
   return colours;
 }
 
+namespace {
+
+/// What the sensor saw: each pixel has light in the channel of its own filter only.
+Image<float> one_channel(const Image<float>& photograph) {
+  Image<float> sum(photograph.grid());
+  for (int channel = 0; channel < photograph.channels(); ++channel)
+    for (std::size_t i = 0; i < sum.values().size(); ++i) sum.values()[i] += photograph.plane(channel)[i];
+  return sum;
+}
+
+}  // namespace
+
+Result<Image<float>> colour_factors(const Image<float>& flood, const BayerPattern& pattern) {
+  constexpr double kDark = 1e-3;  // of the mean
+  const Grid grid = flood.grid();
+  Radiance mosaic{one_channel(flood), Image<float>(grid), Image<std::uint8_t>(grid)};
+  const auto values = mosaic.mean.values();
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    mosaic.valid.values()[i] = static_cast<double>(values[i]) > kDark * mean ? 1 : 0;
+  const Radiance one{Image<float>(grid, 1, 1.F), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
+  SYMRIG_TRY(Radiance colours, colour_by_flood(one, mosaic, pattern));
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = 0; col < grid.cols; ++col) colours.mean.at(row, col, pattern.at(row, col)) = 1;
+  return std::move(colours.mean);
+}
+
+Image<float> coloured(const Image<float>& photograph, const Image<float>& factors) {
+  const Image<float> own = one_channel(photograph);
+  Image<float> picture = factors;
+  for (int channel = 0; channel < picture.channels(); ++channel)
+    for (std::size_t i = 0; i < own.values().size(); ++i) picture.plane(channel)[i] *= own.values()[i];
+  return picture;
+}
+
 }  // namespace symrig

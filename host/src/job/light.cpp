@@ -17,7 +17,6 @@
 #include <cstring>
 #include <filesystem>
 #include <iterator>
-#include <numeric>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -150,15 +149,6 @@ Radiance without_noise(Image<float> mean) {
   return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
 }
 
-/// What the sensor saw: each pixel has light in the channel of its own filter only.
-Image<float> one_channel(Image<float> photograph) {
-  if (photograph.channels() == 1) return photograph;
-  Image<float> sum(photograph.grid());
-  for (int channel = 0; channel < photograph.channels(); ++channel)
-    for (std::size_t i = 0; i < sum.values().size(); ++i) sum.values()[i] += photograph.plane(channel)[i];
-  return sum;
-}
-
 Result<void> check_mosaic(const TransportOperator& tensor, const RelightOptions& options) {
   if (!options.mosaic) return {};
   if (tensor.channels() != 1)
@@ -196,26 +186,19 @@ Result<Relighter> Relighter::begin(std::shared_ptr<const CameraTransport> camera
   relighter.light_grid_ = camera->projector_grid();
   relighter.picture_grid_ = camera->camera_grid();
   if (!camera->parts().mosaic.empty()) {
-    SYMRIG_TRY(relighter.options_.mosaic, parse_bayer(camera->parts().mosaic));
-    SYMRIG_TRY(Image<float> flood, camera->apply(Image<float>(camera->projector_grid(), 1, 1.F)));
-    Radiance mosaic = without_noise(one_channel(std::move(flood)));
-    // A pixel without a row, or in the dark, has no colour to lend.
-    constexpr double kDark = 1e-3;  // of the mean
-    const auto values = mosaic.mean.values();
-    const double mean =
-        std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i)
-      mosaic.valid.values()[i] = static_cast<double>(values[i]) > kDark * mean ? 1 : 0;
-    relighter.flood_mosaic_ = std::move(mosaic);
+    SYMRIG_TRY(const BayerPattern filters, parse_bayer(camera->parts().mosaic));
+    SYMRIG_TRY(const Image<float> flood, camera->apply(Image<float>(camera->projector_grid(), 1, 1.F)));
+    SYMRIG_TRY(relighter.factors_, colour_factors(flood, filters));
   }
   relighter.tensor_ = std::move(camera);
   return relighter;
 }
 
 Result<Image<float>> Relighter::in_colour(Image<float> photograph) const {
+  if (!factors_.empty()) return coloured(photograph, factors_);
   if (!flood_mosaic_) return photograph;
-  SYMRIG_TRY(Radiance colour, colour_by_flood(without_noise(one_channel(std::move(photograph))),
-                                              *flood_mosaic_, *options_.mosaic));
+  SYMRIG_TRY(Radiance colour,
+             colour_by_flood(without_noise(std::move(photograph)), *flood_mosaic_, *options_.mosaic));
   return std::move(colour.mean);
 }
 

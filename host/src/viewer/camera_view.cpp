@@ -208,26 +208,6 @@ Result<CameraTransport> rows_of(const CameraTransport& camera, Grid grid, std::s
   return CameraTransport::make(std::move(parts));
 }
 
-/// What the sensor saw: each pixel has light in the channel of its own filter only.
-void add_channels(const Image<float>& photograph, std::span<float> sum) {
-  for (int channel = 0; channel < photograph.channels(); ++channel)
-    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += photograph.plane(channel)[i];
-}
-
-/// The factors of colour_by_flood(), which the light of a pixel has no part in.
-Result<Image<float>> colours_of(const CameraTransport& camera) {
-  SYMRIG_TRY(const BayerPattern mosaic, parse_bayer(camera.parts().mosaic));
-  SYMRIG_TRY(const Image<float> flood, camera.apply(Image<float>(camera.projector_grid(), 1, 1.F)));
-  const Grid grid = camera.camera_grid();
-  Radiance seen{Image<float>(grid), Image<float>(grid), Image<std::uint8_t>(grid)};
-  add_channels(flood, seen.mean.values());
-  for (std::size_t i = 0; i < seen.valid.values().size(); ++i)
-    seen.valid.values()[i] = seen.mean.values()[i] > 0 ? 1 : 0;
-  const Radiance one{Image<float>(grid, 1, 1.F), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
-  SYMRIG_TRY(Radiance colours, colour_by_flood(one, seen, mosaic));
-  return std::move(colours.mean);
-}
-
 /// The pixels of a smaller picture of the same field: the middle one of each block.
 std::vector<std::int32_t> thinned(Grid from, Grid to) {
   std::vector<std::int32_t> pixels;
@@ -244,13 +224,7 @@ std::vector<std::int32_t> thinned(Grid from, Grid to) {
 
 Result<Image<float>> CameraView::Pixels::relit(const Image<float>& light) const {
   SYMRIG_TRY(Image<float> photograph, rows->apply(light));
-  if (colours.empty()) return photograph;
-  std::vector<float> own(photograph.grid().size());
-  add_channels(photograph, own);
-  Image<float> picture = colours;
-  for (int channel = 0; channel < picture.channels(); ++channel)
-    for (std::size_t i = 0; i < own.size(); ++i) picture.plane(channel)[i] *= own[i];
-  return picture;
+  return colours.empty() ? std::move(photograph) : coloured(photograph, colours);
 }
 
 std::optional<CameraView> CameraView::make(std::shared_ptr<const CameraTransport> camera,
@@ -258,7 +232,9 @@ std::optional<CameraView> CameraView::make(std::shared_ptr<const CameraTransport
   if (camera->channels() != 1 && camera->channels() != 3) return std::nullopt;
   CameraView view;
   if (!camera->parts().mosaic.empty()) {
-    auto colours = colours_of(*camera);
+    const auto filters = parse_bayer(camera->parts().mosaic);
+    const auto flood = camera->apply(Image<float>(camera->projector_grid(), 1, 1.F));
+    auto colours = filters && flood ? colour_factors(*flood, *filters) : Error{ErrorCode::bad_value, "", ""};
     if (!colours) return std::nullopt;
     view.whole_.colours = *std::move(colours);
   }

@@ -131,5 +131,29 @@ TEST(Mosaic, WhatTheFloodDoesNotShowIsInvalid) {
   EXPECT_EQ(demosaic(*coloured, {}).error().code, ErrorCode::size_mismatch);
 }
 
+// A uniform scene of (3, 2, 1), and a pixel that is nearly dark: it neither lends its noise to others nor
+// gets a colour, and keeps its own sample.
+TEST(Mosaic, FactorsGiveEachPixelTheColoursAroundIt) {
+  const BayerPattern filters{};  // RGGB
+  const float light[3]{3, 2, 1};
+  Image<float> flood({8, 8}, 3);
+  for (int row = 0; row < 8; ++row)
+    for (int col = 0; col < 8; ++col) flood.at(row, col, filters.at(row, col)) = light[filters.at(row, col)];
+  flood.at(4, 4, 0) = 1e-6F;
+  const auto factors = colour_factors(flood, filters);
+  ASSERT_TRUE(factors.ok());
+  Image<float> half = flood;
+  for (float& v : half.values()) v /= 2;
+  half.at(4, 4, 0) = 0.25F;
+  const Image<float> picture = coloured(half, *factors);
+  for (int row = 0; row < 8; ++row)
+    for (int col = 0; col < 8; ++col)
+      for (int c = 0; c < 3; ++c) {
+        const bool dark = row == 4 && col == 4;
+        const float wanted = !dark ? light[c] / 2 : c == 0 ? 0.25F : 0;
+        EXPECT_NEAR(picture.at(row, col, c), wanted, 1e-6F) << row << " " << col << " " << c;
+      }
+}
+
 }  // namespace
 }  // namespace symrig::mosaic_test

@@ -43,4 +43,12 @@ Result<Radiance> split_mosaic(const Radiance& mosaic, const BayerPattern& patter
 Result<Radiance> colour_by_flood(const Radiance& mosaic, const Radiance& flood_mosaic,
                                  const BayerPattern& pattern);
 
+/// The factors of colour_by_flood(), in which the photograph has no part: its colours are its own samples
+/// times these. grid × 3. flood: the flood-lit scene, each sample in the channel of its pixel's filter, 0
+/// elsewhere. A pixel in the dark has no ratio to lend: it keeps its own colour alone.  fails: size_mismatch.
+Result<Image<float>> colour_factors(const Image<float>& flood, const BayerPattern& pattern);
+
+/// photograph: as flood of colour_factors().
+Image<float> coloured(const Image<float>& photograph, const Image<float>& factors);
+
 }  // namespace symrig

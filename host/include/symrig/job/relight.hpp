@@ -108,6 +108,7 @@ class Relighter {
   RelightOptions options_;
   Grid light_grid_, picture_grid_;
   std::optional<Radiance> flood_mosaic_;  ///< with a mosaic only
+  Image<float> factors_;                  ///< colour_factors(), of a camera with a mosaic only
 };
 
 /// Where the pictures of many lights go.
