@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, Generic, List, NamedTuple, Optional, Tuple, TypeVar, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 FloatArray = NDArray[np.float32]
 Grid = Tuple[int, int]
+Stored = TypeVar("Stored", _symrig.StoredScene, _symrig.CameraTransport)
 
 
 class Estimate(NamedTuple):
@@ -161,34 +162,16 @@ class _Pictures(LinearOperator):
         return self._apply_many(pictures).reshape(len(pictures), -1).T
 
 
-class Scene(_Pictures):
-    """The measured light transport T of a scene: photograph = T · light.
-
-    `scene @ light` accepts
-
-    - a light (rows, cols) → a photograph (rows, cols), or (rows, cols, channels) in colour,
-    - lights (rows, cols, count) → photographs with the count as last axis,
-    - a flat vector, or a matrix whose columns are flat vectors; `picture.ravel()` is the flat form of a picture.
-
-    Light is in units of the projector: 1 = full light. Any finite value is allowed, because T is linear.
-    Photographs are radiance per unit of projector light. Numbers are 32-bit floats.
-
-    A Scene is a scipy.sparse.linalg.LinearOperator: lsqr, svds, eigsh and gmres take it as it is.
-    Applying it releases the interpreter's lock, and uses all processors.
-
-    Error of a pixel: the rounding of T, and float sums (docs/file-format.md).
-    Raises InputError for a light of another shape, or with NaN or infinity.
-    """
+class _Transport(_Pictures, Generic[Stored]):
+    """What T on the cells and T on the camera's own pixels have in common."""
 
     takes_light = True
 
-    def __init__(self, stored: _symrig.StoredScene, page: Optional[_symrig.CapturePage] = None) -> None:
-        self._stored = stored
-        self._page = page
-        camera, channels = stored.camera_grid, stored.channels
-        super().__init__(stored.projector_grid, camera if channels == 1 else (*camera, channels))
-
-    # ---- relighting ----
+    def __init__(self, stored: Stored) -> None:
+        self._stored: Stored = stored
+        camera: Grid = stored.camera_grid
+        photo = camera if stored.channels == 1 else (*camera, stored.channels)
+        super().__init__(stored.projector_grid, photo)
 
     def _one(self, picture: NDArray[Any]) -> FloatArray:
         return self._stored.apply(picture)
@@ -207,6 +190,52 @@ class Scene(_Pictures):
         return Dual(self)
 
     H = T
+
+    @property
+    def light_shape(self) -> Grid:
+        """(rows, cols) of a light."""
+        return self._stored.projector_grid
+
+    @property
+    def photo_shape(self) -> Tuple[int, ...]:
+        """(rows, cols) of a photograph, or (rows, cols, channels)."""
+        return self.out_shape
+
+    @property
+    def channels(self) -> int:
+        """Channels of a photograph."""
+        return self._stored.channels
+
+    @property
+    def symmetric(self) -> bool:
+        """True if T = Tᵀ in each channel, as on a coaxial rig."""
+        return False
+
+
+class Scene(_Transport[_symrig.StoredScene]):
+    """The measured light transport T of a scene: photograph = T · light.
+
+    `scene @ light` accepts
+
+    - a light (rows, cols) → a photograph (rows, cols), or (rows, cols, channels) in colour,
+    - lights (rows, cols, count) → photographs with the count as last axis,
+    - a flat vector, or a matrix whose columns are flat vectors; `picture.ravel()` is the flat form of a picture.
+
+    Light is in units of the projector: 1 = full light. Any finite value is allowed, because T is linear.
+    Photographs are radiance per unit of projector light. Numbers are 32-bit floats.
+
+    A Scene is a scipy.sparse.linalg.LinearOperator: lsqr, svds, eigsh and gmres take it as it is.
+    Applying it releases the interpreter's lock, and uses all processors.
+
+    Error of a pixel: the rounding of T, and float sums (docs/file-format.md).
+    Raises InputError for a light of another shape, or with NaN or infinity.
+    """
+
+    def __init__(self, stored: _symrig.StoredScene, page: Optional[_symrig.CapturePage] = None) -> None:
+        self._page = page
+        super().__init__(stored)
+
+    # ---- relighting ----
 
     def relight(
         self,
@@ -264,21 +293,6 @@ class Scene(_Pictures):
         return None if stored is None else Camera(stored, self.facts.get("camera"))
 
     # ---- what is known of it ----
-
-    @property
-    def light_shape(self) -> Grid:
-        """(rows, cols) of a light."""
-        return self._stored.projector_grid
-
-    @property
-    def photo_shape(self) -> Tuple[int, ...]:
-        """(rows, cols) of a photograph, or (rows, cols, channels)."""
-        return self.out_shape
-
-    @property
-    def channels(self) -> int:
-        """Channels of a photograph."""
-        return self._stored.channels
 
     @property
     def symmetric(self) -> bool:
@@ -405,32 +419,33 @@ class Dual(_Pictures):
     it is the dual picture; for colour see Scene.dual().
     """
 
-    def __init__(self, scene: Union[Scene, "Camera"]) -> None:
+    def __init__(self, scene: "_Transport[Any]") -> None:
         self._scene = scene
         super().__init__(scene.out_shape, scene.in_shape)
 
     def _one(self, picture: NDArray[Any]) -> FloatArray:
-        return self._scene._stored.adjoint(picture)
+        light: FloatArray = self._scene._stored.adjoint(picture)
+        return light
 
     def _many(self, pictures: NDArray[Any]) -> NDArray[Any]:
         if self._scene.symmetric and self._scene.channels == 1:
             return self._scene._many(pictures)  # T = Tᵀ, and a batch reads T once for 16 pictures
         return super()._many(pictures)
 
-    def _transpose(self) -> Union[Scene, "Camera"]:
+    def _transpose(self) -> "_Transport[Any]":
         return self._scene
 
     _adjoint = _transpose
 
     @property
-    def T(self) -> Union[Scene, "Camera"]:
+    def T(self) -> "_Transport[Any]":
         """The scene itself."""
         return self._scene
 
     H = T
 
 
-class Camera(_Pictures):
+class Camera(_Transport[_symrig.CameraTransport]):
     """T on the pixels of a camera that has more of them than the projector has cells: photograph = camera @ light.
 
     It takes what a Scene takes. Pixels that look beside the projector's picture are 0. Of a camera with a colour
@@ -439,32 +454,9 @@ class Camera(_Pictures):
     Error of a pixel: its coefficients have 8 bits, and 16 where these would be too coarse (docs/file-format.md).
     """
 
-    takes_light = True
-    symmetric = False
-
     def __init__(self, stored: _symrig.CameraTransport, facts: Optional[Dict[str, Any]] = None) -> None:
-        self._stored = stored
         self._facts = facts or {}
-        camera, channels = stored.camera_grid, stored.channels
-        super().__init__(stored.projector_grid, camera if channels == 1 else (*camera, channels))
-
-    def _one(self, picture: NDArray[Any]) -> FloatArray:
-        return self._stored.apply(picture)
-
-    def _many(self, pictures: NDArray[Any]) -> NDArray[Any]:
-        return self._stored.apply_batch(pictures)
-
-    def _transpose(self) -> "Dual":
-        return Dual(self)
-
-    _adjoint = _transpose
-
-    @property
-    def T(self) -> "Dual":
-        """The transpose: pictures of the camera → pictures of the projector."""
-        return Dual(self)
-
-    H = T
+        super().__init__(stored)
 
     def relight(self, lights: ArrayLike) -> FloatArray:
         """The photograph under a light (rows, cols), or photographs under several (rows, cols, count).
@@ -480,21 +472,6 @@ class Camera(_Pictures):
         if array.ndim != 3 or array.shape[:2] != self.in_shape:
             raise _mismatch(array.shape, f"a light {self.in_shape}, or lights {(*self.in_shape, 'count')}")
         return np.moveaxis(self._stored.relight(np.moveaxis(array, -1, 0)), 0, -1)
-
-    @property
-    def light_shape(self) -> Grid:
-        """(rows, cols) of a light."""
-        return self._stored.projector_grid
-
-    @property
-    def photo_shape(self) -> Tuple[int, ...]:
-        """(rows, cols) of a photograph, or (rows, cols, channels)."""
-        return self.out_shape
-
-    @property
-    def channels(self) -> int:
-        """Channels of a photograph."""
-        return self._stored.channels
 
     def errors(self, rig: Optional[str] = None, *, progress: Optional["ProgressCallback"] = None) -> Dict[str, Estimate]:
         """Relative errors on these pixels, with the keys of Scene.errors().
