@@ -10,6 +10,7 @@
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/image/outline.hpp"
 #include "symrig/sim/virtual_rig.hpp"
+#include "unit/calibration/camera_errors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,47 +32,7 @@ namespace {
 
 using namespace symrig;
 
-/// Keeps the camera's own photographs.
-class Keeping final : public ForwardingProbe {
- public:
-  Keeping(Probe& rig, PhotographLog& log) : ForwardingProbe(rig), log_(log) {}
-
- private:
-  Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
-                                     Result<std::vector<Radiance>> photographs) override {
-    if (photographs) SYMRIG_CHECK(log_.append_run(patterns, *photographs, cost()));
-    return photographs;
-  }
-  PhotographLog& log_;
-};
-
-/// Whether a pixel sees a lit cell, with a margin. Nothing: it does not lie on the cells as a whole.
-std::optional<bool> lit(const Outline& outline, const Pattern& pattern) {
-  constexpr double kMargin = 0.04;
-  double top = 1e9, left = 1e9, bottom = -1e9, right = -1e9;
-  for (const Point& p : outline) {
-    top = std::min(top, p.row - kMargin), bottom = std::max(bottom, p.row + kMargin);
-    left = std::min(left, p.col - kMargin), right = std::max(right, p.col + kMargin);
-  }
-  const Grid grid = pattern.grid();
-  if (top < 0 || left < 0 || bottom >= grid.rows || right >= grid.cols) return {};
-  for (int y = static_cast<int>(top); y <= static_cast<int>(bottom); ++y)
-    for (int x = static_cast<int>(left); x <= static_cast<int>(right); ++x)
-      if (pattern.at(y, x) > 0) return true;
-  return false;
-}
-
-struct Sums {
-  double error = 0, light = 0, error_aside = 0, light_aside = 0;
-
-  void add(double found, double truth, bool is_lit) {
-    const double e = (found - truth) * (found - truth), l = truth * truth;
-    error += e, light += l;
-    if (!is_lit) error_aside += e, light_aside += l;
-  }
-  double all() const { return std::sqrt(error / light); }
-  double aside() const { return std::sqrt(error_aside / light_aside); }
-};
+using tests::Keeping, tests::LightErrors, tests::lit;
 
 using Photograph = std::function<Image<float>(const Pattern&)>;
 
@@ -81,8 +42,8 @@ struct Rig {
   double seconds = 0, patterns = 0, bytes = 0, fit_seconds = 0;
 };
 
-Sums compared(const Rig& rig, std::span<const Pattern> patterns) {
-  Sums sums;
+LightErrors compared(const Rig& rig, std::span<const Pattern> patterns) {
+  LightErrors sums;
   for (const Pattern& p : patterns) {
     const Image<float> found = rig.found(p), truth = rig.truth(p);
     const Grid grid = found.grid();
@@ -119,8 +80,9 @@ Result<Rig> bench(const std::string& uri) {
   options.exposure = goal_of_pixels(options.exposure, probe->weights().noise_share());
   SYMRIG_TRY(const CaptureResult result, capture(*probe, options));
   const Stopwatch watch;
-  SYMRIG_TRY(CameraFit fit, fit_camera(result.tensor, registration, *log, {.held_out = result.held_out_at}));
-  const auto camera = std::make_shared<const CameraTransport>(std::move(fit.transport));
+  SYMRIG_TRY(CameraTransport fit,
+             fit_camera(result.tensor, registration, *log, {.held_out = result.held_out_at}));
+  const auto camera = std::make_shared<const CameraTransport>(std::move(fit));
   return Rig{[camera](const Pattern& p) { return *camera->apply(p); },
              [rig](const Pattern& p) { return rig->ideal_photograph(p); },
              rig->exact_corners().front(),
@@ -144,13 +106,13 @@ Result<void> compare(const std::string& scene, const std::string& keys, const st
     if (k < 4) random.push_back(random_pattern(grid, 7 + k));
   }
   const std::vector<Pattern> bar{bar_pattern(grid)}, natural{natural_pattern(grid, 7)};
-  const auto row = [&](std::span<const Pattern> patterns, double (Sums::*error)() const) {
+  const auto row = [&](std::span<const Pattern> patterns, double (LightErrors::*error)() const) {
     const double a = (compared(found, patterns).*error)(), b = (compared(coaxial, patterns).*error)();
     return fmt::format("{:.4f} {:5.2f}", a, a / b);
   };
   fmt::print("{:<18} {}   {}   {}   {}   {:5.0f} {:5.2f} {:5.2f} {:6.0f} {:6.2f}\n", sized->uri().name,
-             row(dots, &Sums::aside), row(bar, &Sums::aside), row(random, &Sums::all),
-             row(natural, &Sums::all), found.patterns, found.patterns / coaxial.patterns,
+             row(dots, &LightErrors::aside), row(bar, &LightErrors::aside), row(random, &LightErrors::all),
+             row(natural, &LightErrors::all), found.patterns, found.patterns / coaxial.patterns,
              found.seconds / coaxial.seconds, found.bytes, found.fit_seconds);
   (void)std::fflush(stdout);
   return {};

@@ -3,11 +3,13 @@
 #include "command.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/job/capture_job.hpp"
+#include "symrig/job/evaluation.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -76,6 +78,31 @@ TEST_F(CameraPixels, are_not_in_an_exported_page) {
       << exported.out;
   EXPECT_NE(symrig({"view", "scene.h5", "--export", "scene.html", "--cells"}).err.find("--cells"),
             std::string::npos);
+}
+
+// Another camera, or another registration of it: the pixels look elsewhere. The cells are the same.
+TEST_F(CameraPixels, are_compared_with_their_own_camera_only) {
+  ASSERT_EQ(captured("scene.h5").code, 0);
+  const Outcome judged =
+      symrig({"evaluate", "scene.h5", "--rig",
+              "sim:vgroove-textured?size=16x16&fine=4&camera=80x80&zoom=0.784", "--json", "e.json"});
+  EXPECT_EQ(judged.code, 0);
+  EXPECT_NE(judged.err.find("80x80"), std::string::npos) << judged.err;
+  EXPECT_FALSE(json("e.json").contains("camera"));
+  const auto scene = load_scene(path("scene.h5"));
+  ASSERT_TRUE(scene.ok() && scene->camera);
+  const std::string moved = "sim:vgroove-textured?size=16x16&fine=4&camera=76x76&turn=1.4&zoom=0.784";
+  ASSERT_EQ(symrig({"calibrate", "--rig", moved, "-o", "r2.h5"}).code, 0);
+  for (const auto& [rig, registration, ok] :
+       {std::tuple{std::string(kFine), "r.h5", true}, {moved, "r2.h5", false}}) {
+    auto opened = open_rig(rig, path(registration), {});
+    ASSERT_TRUE(opened.ok());
+    const auto errors = judge_camera_by_rig(*scene->camera, *opened->registered, {});
+    EXPECT_EQ(errors.ok(), ok);
+    if (!ok) {
+      EXPECT_NE(errors.error().what.find("registered again"), std::string::npos);
+    }
+  }
 }
 
 TEST_F(CameraPixels, of_many_lights_do_not_mix_with_cells) {

@@ -32,6 +32,16 @@ struct JudgedScene {
   std::optional<ErrorEstimate> camera;
 };
 
+/// The cells are judged all the same if the camera's pixels cannot be.
+Result<std::optional<ErrorEstimate>> or_warning(Result<ErrorEstimate> camera) {
+  if (camera) return std::optional(*std::move(camera));
+  const Error& error = camera.error();
+  if (error.code != ErrorCode::size_mismatch && error.code != ErrorCode::bad_argument) return error;
+  print_error("evaluate", fmt::format("warning: the camera's own pixels are not compared: {}; {}", error.what,
+                                      error.hint));
+  return std::optional<ErrorEstimate>();
+}
+
 /// A real rig takes new photographs.
 Result<JudgedScene> against(const OpenedScene& opened, const EvaluateArguments& arguments) {
   const CameraTransport* camera = opened.scene.camera.get();
@@ -41,14 +51,14 @@ Result<JudgedScene> against(const OpenedScene& opened, const EvaluateArguments& 
     SYMRIG_TRY(judged.cells, judge_by_truth(*opened.transport, arguments.rig, meter.progress()));
     // A scene of a bench may be compared with another, ideal rig.
     if (camera == nullptr || !judged.cells.ideal) return judged;
-    SYMRIG_TRY(judged.camera, judge_camera_by_truth(*camera, arguments.rig, meter.progress()));
+    SYMRIG_TRY(judged.camera, or_warning(judge_camera_by_truth(*camera, arguments.rig, meter.progress())));
     return judged;
   }
   SYMRIG_TRY(const OpenedRig rig, open_rig(arguments.rig, arguments.registration));
   Meter meter("evaluate", "photographs");
   SYMRIG_TRY(judged.cells, judge_by_rig(*opened.transport, *rig.probe, meter.progress()));
   if (camera == nullptr || rig.registered == nullptr) return judged;
-  SYMRIG_TRY(judged.camera, judge_camera_by_rig(*camera, *rig.registered, meter.progress()));
+  SYMRIG_TRY(judged.camera, or_warning(judge_camera_by_rig(*camera, *rig.registered, meter.progress())));
   return judged;
 }
 

@@ -188,38 +188,43 @@ bool goes_on_from_cells(const CaptureJob& job, const LogOptions& keeping) {
   return of_camera && !*of_camera;
 }
 
-/// The job with exposures for what is fitted afterwards.
-CaptureJob exposed_for_pixels(CaptureJob job, const OpenedRig& rig) {
-  const bool symmetric =
-      job.options.algorithm == Algorithm::symrig || job.options.algorithm == Algorithm::paper;
-  if (wants_own_pixels(job, rig) && !job.log.off && symmetric && !goes_on_from_cells(job, log_options(job)))
-    job.options.exposure = goal_of_pixels(job.options.exposure, rig.registered->weights().noise_share());
-  return job;
-}
-
-/// Why T on the camera's own pixels cannot be fitted, and what to do; "": it can.
-std::string no_camera_fit(const CaptureJob& job, const OpenedRig& rig, const CaptureResult& result,
-                          const PhotographLog* log) {
+/// Why T on the camera's own pixels cannot be fitted, and what to do, as far as the rig and the job tell; "":
+/// they tell nothing against it.
+std::string no_camera_fit(const CaptureJob& job, const OpenedRig& rig) {
   const RegisteredProbe& registered = *rig.registered;
-  if (log == nullptr) return "without a log, nothing keeps the camera's photographs; capture with one";
+  if (job.log.off) return "without a log, nothing keeps the camera's photographs; capture with one";
   if (registered.steps() == nullptr)
     return "the rig may be registered again on the way, and photographs of two maps do not mix; fasten the "
-           "rig "
-           "and leave out moved = \"register\"";
-  if (log->camera_grid() == log->grid())
+           "rig and leave out moved = \"register\"";
+  if (goes_on_from_cells(job, job.log))
     return "the log of an earlier version keeps photographs on the cells; capture anew";
-  if (!result.tensor.symmetric())
-    return result.undetermined ? "brute force measured T, without symmetry"
-                               : "this algorithm measures T without symmetry; capture with symrig";
-  const Registration& registration = *registered.registration();
+  if (job.options.algorithm != Algorithm::symrig && job.options.algorithm != Algorithm::paper)
+    return "this algorithm measures T without symmetry; capture with symrig";
   if (rig.rig != nullptr && rig.rig->mosaic() != Mosaic::none && !registered.mosaic())
     return "each pixel sees one colour, and the capture is in grey; set capture.colour in the rig file";
-  if (registration.ghost.found) return "the camera sees a ghost of the scene; remove it from the optics";
-  const std::int64_t bytes = camera_fit_bytes(result.tensor, registration.camera(), log->size());
+  if (registered.registration()->ghost.found)
+    return "the camera sees a ghost of the scene; remove it from the optics";
+  return "";
+}
+
+/// The same of a finished search.
+std::string no_camera_fit(const CaptureJob& job, const OpenedRig& rig, const CaptureResult& result,
+                          const PhotographLog* log) {
+  if (std::string why = no_camera_fit(job, rig); !why.empty()) return why;
+  if (!result.tensor.symmetric()) return "brute force measured T, without symmetry";
+  const std::int64_t bytes =
+      camera_fit_bytes(result.tensor, rig.registered->registration()->camera(), log->size());
   if (job.memory > 0 && bytes > job.memory)
     return fmt::format("the fit needs {} of memory, and {} are allowed; allow more memory", mebibytes(bytes),
                        mebibytes(job.memory));
   return "";
+}
+
+/// The job with exposures for what is fitted afterwards.
+CaptureJob exposed_for_pixels(CaptureJob job, const OpenedRig& rig) {
+  if (wants_own_pixels(job, rig) && no_camera_fit(job, rig).empty())
+    job.options.exposure = goal_of_pixels(job.options.exposure, rig.registered->weights().noise_share());
+  return job;
 }
 
 /// Without those that were held out, and judged by them.
@@ -228,11 +233,12 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
   const Stopwatch watch;
   const Registration& registration = *rig.registered->registration();
   const CaptureResult& result = outcome.result;
-  SYMRIG_TRY(CameraFit fit, fit_camera(result.tensor, registration, log,
-                                       {.mosaic = rig.registered->mosaic(),
-                                        .held_out = result.held_out_at,
-                                        .progress = job.options.progress}));
-  const auto camera = std::make_shared<const CameraTransport>(std::move(fit.transport));
+  SYMRIG_TRY(CameraTransport fit, fit_camera(result.tensor, registration, log,
+                                             {.mosaic = rig.registered->mosaic(),
+                                              .held_out = result.held_out_at,
+                                              .registration = fmt::format("{:08x}", rig.registered->digest()),
+                                              .progress = job.options.progress}));
+  const auto camera = std::make_shared<const CameraTransport>(std::move(fit));
   CameraFacts facts{camera->camera_grid(), camera->rows(), camera->coefficients(), camera->bytes(),
                     watch.seconds()};
   if (!result.held_out_at.empty()) {

@@ -73,6 +73,10 @@ Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, Registe
   const Registration* registration = rig.registration();
   if (registration == nullptr || registration->camera() != camera.camera_grid())
     return other_camera(camera, rig.camera().camera_grid());
+  if (fmt::format("{:08x}", rig.digest()) != camera.parts().registration)
+    return Error{ErrorCode::bad_argument,
+                 "the rig was registered again since the capture, so its pixels look elsewhere",
+                 "give the registration of the capture, or capture again"};
   const SeenCells seen = SeenCells(camera, registration->corners());
   EvaluateOptions options;
   options.seen = [&seen](const Image<float>* lit) {

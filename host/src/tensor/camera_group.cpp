@@ -73,6 +73,7 @@ bool write_camera(hid_t file, const CameraTransport& camera, const Work& work) {
     groups.push_back({one.channel, one.columns, one.pixels});
   work.look();
   return h5::write_attribute(group, "grid", grid) && h5::write_attribute(group, "mosaic", parts.mosaic) &&
+         h5::write_attribute(group, "registration", parts.registration) &&
          write_triples(group, "bases", bases) && write_run(group, "basis_values", parts.basis_values) &&
          write_triples(group, "groups", groups) && write_run(group, "columns", parts.columns) &&
          write_run(group, "middles", parts.middles) && write_run(group, "steps", parts.steps) &&
@@ -95,6 +96,7 @@ Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, c
   parts.channels = head.channels;
   SYMRIG_TRY(parts.camera, h5::read_grid(group, "grid"));
   SYMRIG_TRY(parts.mosaic, h5::read_text(group, "mosaic"));
+  SYMRIG_TRY(parts.registration, h5::read_text(group, "registration"));
   if (std::ranges::find(kMosaics, parts.mosaic) == kMosaics.end())
     return damaged_camera(fmt::format("mosaic' is '{}'", parts.mosaic));
   SYMRIG_TRY(const auto bases, read_triples(group, "bases"));

@@ -12,6 +12,7 @@
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/image/outline.hpp"
 #include "symrig/sim/virtual_rig.hpp"
+#include "unit/calibration/camera_errors.hpp"
 #include "unit/calibration/filtered_probe.hpp"
 
 #include <algorithm>
@@ -33,6 +34,7 @@ using calibration::BoundedLeastSquares;
 using calibration::CellRows;
 using calibration::Footprint;
 using calibration::footprint_of;
+using tests::Keeping, tests::LightErrors, tests::lit;
 
 // Free values solve their equations, and no single one can lower the sum by more than a thousandth: its step
 // to the minimum, or to its bound, with the others as they are.
@@ -108,21 +110,6 @@ struct Bench {
   NoiseCheck noise;
 };
 
-/// Keeps the camera's own photographs.
-class Keeping final : public ForwardingProbe {
- public:
-  Keeping(Probe& rig, PhotographLog& log) : ForwardingProbe(rig), log_(log) {}
-
- private:
-  Result<std::vector<Radiance>> seen(std::span<const Pattern> patterns,
-                                     Result<std::vector<Radiance>> photographs) override {
-    const bool kept = photographs && log_.append_run(patterns, *photographs, cost()).ok();
-    EXPECT_TRUE(kept);
-    return photographs;
-  }
-  PhotographLog& log_;
-};
-
 /// Four camera pixels along the side of a cell, turned: 152x152 for 32x32 cells. Four exposures a photograph:
 /// planned ones leave a pixel as much noise as the search allows for its whole cell.
 Bench captured(const std::string& scene, int size) {
@@ -145,37 +132,8 @@ Bench captured(const std::string& scene, int size) {
   return bench;
 }
 
-/// Squares of an error and of the light, of everything and of what is not lit directly.
-struct Sums {
-  double error = 0, light = 0, error_aside = 0, light_aside = 0;
-
-  void add(double found, double truth, bool lit) {
-    const double e = (found - truth) * (found - truth), l = truth * truth;
-    error += e, light += l;
-    if (!lit) error_aside += e, light_aside += l;
-  }
-  double all() const { return std::sqrt(error / light); }
-  double aside() const { return std::sqrt(error_aside / light_aside); }
-};
-
-/// A pixel whose outline, with a margin, is on the cells: whether it sees a lit one. Nothing: it is not.
-std::optional<bool> lit(const Outline& outline, const Pattern& pattern) {
-  constexpr double kMargin = 0.04;
-  double top = 1e9, left = 1e9, bottom = -1e9, right = -1e9;
-  for (const Point& p : outline) {
-    top = std::min(top, p.row - kMargin), bottom = std::max(bottom, p.row + kMargin);
-    left = std::min(left, p.col - kMargin), right = std::max(right, p.col + kMargin);
-  }
-  const Grid grid = pattern.grid();
-  if (top < 0 || left < 0 || bottom >= grid.rows || right >= grid.cols) return {};
-  for (int y = static_cast<int>(top); y <= static_cast<int>(bottom); ++y)
-    for (int x = static_cast<int>(left); x <= static_cast<int>(right); ++x)
-      if (pattern.at(y, x) > 0) return true;
-  return false;
-}
-
 struct Compared {
-  Sums camera, ideal;
+  LightErrors camera, ideal;
 };
 
 /// Dots of one cell in 64: every pixel is dark in most of them.
@@ -234,9 +192,8 @@ TEST_P(CameraFitOf, errs_little_more_than_the_ideal_rig) {
   const Bench bench = captured(scene, 32);
   const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log);
   ASSERT_TRUE(fit.ok()) << fit.error().line();
-  EXPECT_GE(camera_fit_bytes(bench.tensor, bench.rig->camera_grid(), bench.log->size()),
-            fit->transport.bytes());
-  const Compared sums = compared(bench, fit->transport);
+  EXPECT_GE(camera_fit_bytes(bench.tensor, bench.rig->camera_grid(), bench.log->size()), fit->bytes());
+  const Compared sums = compared(bench, *fit);
   EXPECT_LE(sums.camera.aside(), bar * sums.ideal.aside());
   EXPECT_LE(sums.camera.all(), bar * sums.ideal.all());
   RecordProperty("aside", std::to_string(sums.camera.aside() / sums.ideal.aside()));
@@ -257,7 +214,7 @@ TEST(CameraErrors, are_what_the_estimate_says) {
     ASSERT_GE(bench.held_out.size(), 6) << scene;
     const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log, {.held_out = bench.held_out});
     ASSERT_TRUE(fit.ok()) << fit.error().line();
-    const CameraTransport& camera = fit->transport;
+    const CameraTransport& camera = *fit;
     const auto said = estimate_camera_errors(camera, SeenCells(camera, bench.registration->corners()),
                                              *bench.log, bench.held_out, bench.noise);
     ASSERT_TRUE(said.ok()) << said.error().line();
@@ -328,14 +285,14 @@ TEST(CameraFit, of_a_mosaic_errs_little_more_than_the_ideal_rig) {
   const TransportTensor tensor = capture(*probe, {})->tensor;
   const auto fit = fit_camera(tensor, registration, *log, {.mosaic = tests::kRggb});
   ASSERT_TRUE(fit.ok()) << fit.error().line();
-  EXPECT_EQ(fit->transport.parts().mosaic, "RGGB");
-  Sums of_camera, of_ideal;
+  EXPECT_EQ(fit->parts().mosaic, "RGGB");
+  LightErrors of_camera, of_ideal;
   Random random(7);
   const CornerMap corners = rig.exact_corners().front();
   for (int k = 0; k < 16; ++k) {
     Pattern dots(rig.grid());
     for (float& v : dots.values()) v = random.uniform() < 1.0 / 64 ? 1 : 0;
-    const Image<float> seen = *fit->transport.apply(dots), truth = rig.ideal_photograph(dots);
+    const Image<float> seen = *fit->apply(dots), truth = rig.ideal_photograph(dots);
     for (int y = 0; y < 152; ++y)
       for (int x = 0; x < 152; ++x)
         for (int c = 0; c < 3; ++c) {

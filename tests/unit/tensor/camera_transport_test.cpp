@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::camera_transport_test {
 namespace {
 
 using test::matrix_of;
@@ -196,4 +196,4 @@ TEST(CameraTransport, refuses_parts_that_do_not_fit) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::camera_transport_test

@@ -58,6 +58,7 @@ class SceneFile : public testing::Test {
     EXPECT_TRUE(std::ranges::equal(a.cells.order(), b.cells.order()));
     EXPECT_EQ(a.camera, b.camera);
     EXPECT_EQ(a.mosaic, b.mosaic);
+    EXPECT_EQ(a.registration, b.registration);
     ASSERT_EQ(a.bases.size(), b.bases.size());
     for (std::size_t k = 0; k < a.bases.size(); ++k) {
       EXPECT_EQ(a.bases[k].end, b.bases[k].end);

@@ -17,6 +17,7 @@ inline CameraTransport::Parts small_camera(int channels = 1, BlockTree cells = B
   parts.cells = std::move(cells);
   parts.camera = {3, 5};
   parts.channels = channels;
+  parts.registration = "01abcdef";
   parts.bases = {{0, 4, 2, 0}, {4, 6, 1, 2}};
   for (const float value : {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, -0.5F, 0.5F, -0.5F, 0.75F, -0.625F})
     parts.basis_values.push_back(tensor::to_half(value));

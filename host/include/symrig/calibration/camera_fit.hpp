@@ -7,35 +7,24 @@
 #include "symrig/base/result.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/hdr/mosaic.hpp"
-#include "symrig/image/image.hpp"
 #include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace symrig {
 
 struct CameraFitOptions {
-  /// Standard deviation of a pixel's coefficients of low-rank leaves, as a share of those of its cell. The
-  /// part of a cell that a pixel sees may face other light than the cell as a whole.
-  double leaf_spread = 1;
-  /// Share of the pixel's flood-lit light that the model may miss in every photograph.
-  double floor = 3e-5;
   /// Of a camera with a colour mosaic, whose photographs have one channel and whose cells have three. A pixel
   /// has a row in the channel of its own filter only.
   std::optional<BayerPattern> mosaic = {};
   /// Numbers of photographs that the fit must not see, because they judge it.
   std::vector<std::int64_t> held_out = {};
+  std::string registration = {};  ///< CameraTransport::Parts::registration
   Progress progress = {};
-};
-
-struct CameraFit {
-  CameraTransport transport;
-  /// Of each pixel and channel: Σ (photograph − fit)² / variance over its photographs, divided by their
-  /// number. 0 where nothing was fitted.
-  Image<float> chi_square;
 };
 
 /// Fits the row of T that belongs to each pixel of a camera that is finer than the cells.
@@ -45,8 +34,8 @@ struct CameraFit {
 /// the cells says which few numbers describe the row of a pixel, and the photographs tell them. fails:
 /// size_mismatch (the three are not of one rig); bad_argument (T is not symmetric); bad_value (no photograph
 /// of the flood-lit scene); interrupted; as the log.
-Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
-                             const PhotographLog& photographs, const CameraFitOptions& options = {});
+Result<CameraTransport> fit_camera(const TransportTensor& tensor, const Registration& registration,
+                                   const PhotographLog& photographs, const CameraFitOptions& options = {});
 
 /// How well photographs on the cells must be known, so that each pixel is known well enough for its row.
 /// noise_share: variance of a cell as a share of that of its pixels (CellWeights::noise_share).

@@ -49,6 +49,8 @@ class RegisteredProbe final : public Probe {
   std::string identity() const override;
 
   const CellWeights& weights() const { return weights_; }
+  /// Of the registration that it began with.
+  std::uint32_t digest() const { return digest_; }
   /// What make() was given; nullptr if the probe was not made by it.
   const Registration* registration() const { return registration_.get(); }
   const std::optional<BayerPattern>& mosaic() const { return mosaic_; }

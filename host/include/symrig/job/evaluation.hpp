@@ -44,7 +44,8 @@ Result<Judged> judge_by_rig(const TransportOperator& tensor, Probe& rig, const P
 Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const std::string& rig,
                                             const Progress& progress);
 
-/// The same with new photographs of a registered rig. fails: as judge_by_rig.
+/// The same with new photographs of a registered rig. fails: as judge_by_rig; bad_argument (another
+/// registration than that of the capture).
 Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
                                           const Progress& progress);
 

@@ -46,6 +46,7 @@ class CameraTransport final : public TransportOperator {
     Grid camera;
     int channels = 1;
     std::string mosaic;  ///< the filters of a camera whose pixels have one colour each, such as "RGGB"; or ""
+    std::string registration;  ///< which one says where the pixels look (CellWeights::digest, in hex); or ""
     std::vector<LightBasis> bases;            ///< of all channels
     std::vector<std::uint16_t> basis_values;  ///< halves; of each basis [rank × (end − begin)]
     std::vector<Group> groups;

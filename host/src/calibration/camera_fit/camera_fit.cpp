@@ -25,6 +25,7 @@ namespace {
 using calibration::CellRows;
 using Column = CameraTransport::Column;
 
+constexpr double kFloor = 3e-5;      ///< of its flood-lit light: what the model may miss in every photograph
 constexpr double kDarkest = 1e-2;    ///< of a cell's light: a pixel is not known better than this one
 constexpr double kLeastBlur = 0.03;  ///< [cells] no optics are sharper
 
@@ -101,8 +102,7 @@ PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid
 /// Fits the pixels of one cell after the other. It keeps its memory; each thread has one.
 class PixelFitter {
  public:
-  PixelFitter(const CellRows& rows, const CameraFitOptions& options, double blur)
-      : prior_(rows, options.leaf_spread), floor_(options.floor), blur_(blur) {}
+  PixelFitter(const CellRows& rows, double blur) : prior_(rows), blur_(blur) {}
 
   /// The columns of the pixels of this cell.
   const std::vector<Column>& begin(std::int32_t cell) {
@@ -122,7 +122,6 @@ class PixelFitter {
   /// The coefficients of a pixel; light: of it in the flood-lit scene.
   const Eigen::VectorXd& fit(const calibration::Footprint& footprint, double light,
                              std::span<const float> mean, std::span<const float> weight);
-  double chi_square() const { return chi_square_; }
   const std::vector<Column>& columns() const { return prior_.columns(); }
   /// The most that a photograph shows to each column.
   std::vector<float> most_shown() const {
@@ -135,7 +134,7 @@ class PixelFitter {
  private:
   calibration::RowPrior prior_;
   calibration::BoundedLeastSquares solver_;
-  double floor_, blur_, chi_square_ = 0;
+  double blur_;
   Eigen::MatrixXd x_, weighted_, normal_;
   Eigen::VectorXd foretold_, sigma_, root_, rest_, right_, least_, coefficients_;
 };
@@ -152,7 +151,7 @@ const Eigen::VectorXd& PixelFitter::fit(const calibration::Footprint& footprint,
   prior_.of_pixel(footprint, light, foretold_, sigma_);
   const Eigen::Index photographs = x_.rows(), columns = x_.cols();
   root_.resize(photographs);
-  const double least = floor_ * std::max(light, kDarkest * prior_.brightness());
+  const double least = kFloor * std::max(light, kDarkest * prior_.brightness());
   const double floor = least * least;
   for (Eigen::Index j = 0; j < photographs; ++j)
     root_(j) = weight[j] > 0 ? 1 / std::sqrt(1 / static_cast<double>(weight[j]) + floor) : 0;
@@ -168,9 +167,6 @@ const Eigen::VectorXd& PixelFitter::fit(const calibration::Footprint& footprint,
     least_(k) = bounded ? std::min(-foretold_(k) / sigma_(k), 0.0) : -std::numeric_limits<double>::infinity();
   }
   const Eigen::VectorXd& d = solver_.solve(normal_, right_, least_);
-  rest_.noalias() -= weighted_ * d;
-  chi_square_ =
-      rest_.squaredNorm() / static_cast<double>(std::max<Eigen::Index>((root_.array() > 0).count(), 1));
   coefficients_ = foretold_ + sigma_.cwiseProduct(d);
   return coefficients_;
 }
@@ -197,7 +193,7 @@ class CameraFitter {
     std::ranges::sort(held_out_);
   }
 
-  Result<CameraFit> fit();
+  Result<CameraTransport> fit();
 
  private:
   Result<void> check() const;
@@ -218,7 +214,6 @@ class CameraFitter {
   Shown shown_;
   std::vector<float> basis_values_;
   CameraTransport::Parts parts_;
-  CameraFit found_;
 };
 
 Result<void> CameraFitter::check() const {
@@ -332,8 +327,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
 
   const int cols = registration_.cells.cols;
   std::vector<PackedRows> packed(pixels.cell.size());
-  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, options_, channel.blur);
-  const std::span<float> chi = found_.chi_square.plane(channel.number);
+  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, channel.blur);
   tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
     const std::int32_t cell = pixels.cell[g];
     const auto of_cell =
@@ -351,7 +345,6 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
       const Eigen::VectorXd& row = fitter.fit(footprint, flood[at], seen.mean_of(at), seen.weight_of(at));
       for (const double value : row) rows.push_back(static_cast<float>(value));
       light.push_back(flood[at]);
-      chi[pixel] = static_cast<float>(fitter.chi_square());
     }
     packed[g] = pack_rows(fitter.columns(), fitter.most_shown(), rows, light);
     work_.add(static_cast<std::int64_t>(of_cell.size() * columns * columns * photographs_ / 2));
@@ -385,29 +378,28 @@ Result<void> CameraFitter::fit_channel(int number) {
   return {};
 }
 
-Result<CameraFit> CameraFitter::fit() {
+Result<CameraTransport> CameraFitter::fit() {
   SYMRIG_CHECK(check());
-  return stoppable(work_, [&]() -> Result<CameraFit> {
+  return stoppable(work_, [&]() -> Result<CameraTransport> {
     work_.begin("fitting the camera's pixels", 0, log_.size());
     SYMRIG_CHECK(show_patterns());
     parts_.cells = tensor_.camera_tree();
     parts_.camera = registration_.camera();
     parts_.channels = tensor_.channels();
+    parts_.registration = options_.registration;
     if (options_.mosaic)
       for (const int colour : options_.mosaic->colours) parts_.mosaic += "RGB"[colour];
-    found_.chi_square = Image<float>(parts_.camera, parts_.channels);
     for (int channel = 0; channel < parts_.channels; ++channel) SYMRIG_CHECK(fit_channel(channel));
     parts_.basis_values.reserve(basis_values_.size());
     for (const float value : basis_values_) parts_.basis_values.push_back(tensor::to_half(value));
-    SYMRIG_TRY(found_.transport, CameraTransport::make(std::move(parts_)));
-    return std::move(found_);
+    return CameraTransport::make(std::move(parts_));
   });
 }
 
 }  // namespace
 
-Result<CameraFit> fit_camera(const TransportTensor& tensor, const Registration& registration,
-                             const PhotographLog& photographs, const CameraFitOptions& options) {
+Result<CameraTransport> fit_camera(const TransportTensor& tensor, const Registration& registration,
+                                   const PhotographLog& photographs, const CameraFitOptions& options) {
   return CameraFitter(tensor, registration, photographs, options).fit();
 }
 

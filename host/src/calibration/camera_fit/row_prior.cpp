@@ -32,7 +32,7 @@ void RowPrior::add_leaves(std::int32_t cell) {
     for (std::int32_t k = 0; k < leaf.basis.rank; ++k) {
       const double a = leaf.a(at.row, k), rms = leaf.rms(k);
       columns_.push_back(leaf.basis.first + k);
-      terms_.push_back({.mean = a, .spread = leaf_spread_ * std::sqrt((a * a + rms * rms) / 2)});
+      terms_.push_back({.mean = a, .spread = std::sqrt((a * a + rms * rms) / 2)});
     }
   }
 }

@@ -17,7 +17,7 @@ namespace symrig::calibration {
 /// A pixel sees a part of its cell, so its row is that of the cell, brighter or darker by u = its flood-lit
 /// light by the cell's. It differs where
 ///
-/// - leaves: the part is not lit as the whole cell is: a share `leaf_spread` of each coefficient;
+/// - leaves: the part is not lit as the whole cell is: by as much as each coefficient is;
 /// - direct light: it comes from the cells that the pixel itself looks at, by its footprint;
 /// - cells nearby: light that goes a few cells changes over a cell by as much as it is in this one and its
 ///   neighbours;
@@ -27,7 +27,7 @@ namespace symrig::calibration {
 ///   whatever the cells' T says of them: a mirror's edge that misses the middle of the cells leaves them 0.
 class RowPrior {
  public:
-  RowPrior(const CellRows& rows, double leaf_spread) : rows_(rows), leaf_spread_(leaf_spread) {}
+  explicit RowPrior(const CellRows& rows) : rows_(rows) {}
 
   /// Of the pixels of this cell. blur: as footprint_of.
   void begin(std::int32_t cell, double blur);
@@ -58,7 +58,6 @@ class RowPrior {
   std::size_t number_of(std::int32_t cell);
 
   const CellRows& rows_;
-  double leaf_spread_;
   double total_ = 1;
   std::vector<CameraTransport::Column> columns_;
   std::vector<Term> terms_;
