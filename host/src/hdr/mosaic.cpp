@@ -137,13 +137,13 @@ Image<float> one_channel(const Image<float>& photograph) {
 Result<Image<float>> colour_factors(const Image<float>& flood, const BayerPattern& pattern) {
   constexpr double kDark = 1e-3;  // of the mean
   const Grid grid = flood.grid();
-  Radiance mosaic{one_channel(flood), Image<float>(grid), Image<std::uint8_t>(grid)};
-  const auto values = mosaic.mean.values();
+  Radiance flood_mosaic{one_channel(flood), Image<float>(grid), Image<std::uint8_t>(grid)};
+  const auto values = flood_mosaic.mean.values();
   const double mean = std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    mosaic.valid.values()[i] = static_cast<double>(values[i]) > kDark * mean ? 1 : 0;
-  const Radiance one{Image<float>(grid, 1, 1.F), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
-  SYMRIG_TRY(Radiance colours, colour_by_flood(one, mosaic, pattern));
+    flood_mosaic.valid.values()[i] = static_cast<double>(values[i]) > kDark * mean ? 1 : 0;
+  const Radiance white{Image<float>(grid, 1, 1.F), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
+  SYMRIG_TRY(Radiance colours, colour_by_flood(white, flood_mosaic, pattern));
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col) colours.mean.at(row, col, pattern.at(row, col)) = 1;
   return std::move(colours.mean);
