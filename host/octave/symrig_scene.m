@@ -12,6 +12,10 @@ function scene = symrig_scene (file, camera, projector)
 %   scene.channels          1 or 3
 %   scene.symmetric         true: T = T'
 %   scene.held_out          photographs that test T: (k).pattern and (k).photograph
+%   scene.own               T on the camera's own pixels, or [] if the file has none:
+%     scene.own.camera          [rows cols]
+%     scene.own.relight (light) the photograph. Of a camera with a colour mosaic, each pixel has light in the
+%                               channel of its own filter only
 %
 %   A light has the projector's size (for dual: the camera's), and one value for each pixel: linear, 1 is
 %   white. Sums are double; the numbers of the file have 11 bits (docs/file-format.md).
@@ -36,7 +40,7 @@ function scene = symrig_scene (file, camera, projector)
   s.camera = camera;
   s.projector = projector;
   scene = struct ('camera', camera, 'projector', projector, 'channels', s.channels, 'symmetric', s.symmetric, ...
-                  'held_out', s.held_out, 'relight', @(light) apply (s, light, false), ...
+                  'held_out', s.held_out, 'own', own_of (raw, s), 'relight', @(light) apply (s, light, false), ...
                   'dual', @(light) apply (s, light, true));
 end
 
@@ -229,4 +233,57 @@ function picture = add_bands (picture, s, raster, channel)
       end
     end
   end
+end
+
+function own = own_of (raw, s)
+% T on the camera's own pixels (docs/file-format.md, Camera pixels).
+  own = [];
+  if (~isfield (raw, 'camera') || ~isstruct (raw.camera))
+    return;
+  end
+  if (~isfield (raw.camera, 'size'))
+    warning ('symrig_scene: the file does not tell the size of the camera''s own pixels; capture again');
+    return;
+  end
+  c = raw.camera;
+  c.size = double (c.size(:))';
+  c.bases = double (reshape (c.bases, 3, []))';
+  c.groups = double (reshape (c.groups, 3, []))';
+  for name = {'basis_values', 'columns', 'middles', 'steps', 'pixels', 'brightness', 'codes'}
+    c.(name{1}) = double (c.(name{1})(:));
+  end
+  own = struct ('camera', c.size, 'relight', @(light) apply_own (c, s, light));
+end
+
+function out = apply_own (c, s, light)
+  if (~isequal (size (light), s.projector))
+    error ('symrig_scene: the light is %s, the scene has %s', mat2str (size (light)), mat2str (s.projector));
+  end
+  raster = double (light)';                      % now raster order runs down the column
+  raster = raster(:);
+  tree = raster(s.projector_order);
+  shown = zeros (sum (c.bases(:, 3)), 1);        % what the light shows to each column of the bases
+  value = 0; k = 0;
+  for b = 1:size (c.bases, 1)
+    cells = c.bases(b, 1) + 1:c.bases(b, 2); rank = c.bases(b, 3);
+    v = reshape (c.basis_values(value + (1:numel (cells) * rank)), numel (cells), rank);
+    shown(k + (1:rank)) = v' * tree(cells);
+    value = value + numel (cells) * rank; k = k + rank;
+  end
+  lit = [raster; shown];                         % cells, then columns
+  at = c.columns + 1 + numel (raster);           % k >= 0: column k; -1 - n: cell n
+  at(c.columns < 0) = -c.columns(c.columns < 0);
+  x = lit(at);
+  out = zeros ([c.size(2), c.size(1), s.channels]);
+  column = 0; pixel = 0; code = 0;
+  for g = 1:size (c.groups, 1)
+    columns = column + (1:c.groups(g, 2)); pixels = pixel + (1:c.groups(g, 3));
+    codes = reshape (c.codes(code + (1:numel (columns) * numel (pixels))), numel (columns), numel (pixels));
+    a = c.middles(columns) + c.steps(columns) .* codes;
+    at = c.groups(g, 1) * prod (c.size) + c.pixels(pixels) + 1;
+    out(at) = c.brightness(pixels) .* (a' * x(columns));
+    column = column + numel (columns); pixel = pixel + numel (pixels);
+    code = code + numel (columns) * numel (pixels);
+  end
+  out = permute (out, [2 1 3]);
 end

@@ -27,6 +27,10 @@ SCENES = [
     ("sim:occluder?size=8x10", ["--algorithm", "dual"], ", [8 10]"),
 ]
 
+# The camera's own pixels, grey and in colour.
+BENCH = "size=12x16&fine=4&camera=58x76&turn=1.5&zoom=0.784"
+OWN_PIXELS = [f"sim:gummy?{BENCH}", f"sim:occluder?{BENCH}&channels=3"]
+
 
 def read_pfm(path):
     data = path.read_bytes()
@@ -64,6 +68,14 @@ def octave(reader, folder, size):
           end
         end
         printf ('%d %d %d %d', scene.camera, scene.channels, numel (scene.held_out));
+        if (! isempty (scene.own))
+          picture = scene.own.relight (light);
+          for channel = 1:scene.channels
+            values = picture(:, :, channel);
+            save ('-ascii', '-double', sprintf ('own-%d.txt', channel), 'values');
+          end
+          printf (' %d', scene.own.camera);
+        end
     """
     done = subprocess.run(["octave-cli", "--norc", "--eval", script], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -97,12 +109,41 @@ def check(symrig, reader, folder, rig, options, size):
     return worst
 
 
+def check_own(symrig, reader, folder, rig):
+    """The camera's own pixels, of a registered bench, in each channel that a pixel sees."""
+    for words in (["calibrate", "--rig", rig, "-o", "r.h5"], ["capture", "--rig", rig, "--registration", "r.h5", "-o", "scene.h5"]):
+        subprocess.run([symrig, *words], cwd=folder, check=True, capture_output=True)
+    with h5py.File(folder / "scene.h5") as file:
+        camera, cells = file["camera"], tuple(file.attrs["camera_grid"])
+        pixels, groups, grid = camera["pixels"][:], camera["groups"][:], tuple(int(v) for v in camera.attrs["grid"])
+        columns = int(groups[:, 1].max())
+    light = np.random.default_rng(1).integers(0, 65, cells) / 64
+    np.savetxt(folder / "light.txt", light)
+    write_pfm(folder / "light.pfm", light)
+    assert tuple(octave(reader, folder, "")[-2:]) == grid
+    subprocess.run([symrig, "relight", "scene.h5", "--light", "light.pfm", "-o", "ours.pfm"], cwd=folder, check=True, capture_output=True)
+    ours, at, worst = read_pfm(folder / "ours.pfm"), 0, 0.0
+    assert ours.shape[:2] == grid
+    for channel, _, count in groups:
+        of_group, at = pixels[at : at + count], at + count
+        theirs = np.loadtxt(folder / f"own-{channel + 1}.txt", ndmin=2).flat[of_group]
+        worst = max(worst, float(np.abs(ours[:, :, channel].flat[of_group] - theirs).max(initial=0)))
+    # Sums of products of 32 bits: one for each cell of a column, and one for each column. Both signs occur in the columns,
+    # whose sizes add up to at most the root of their number times the light.
+    limit = (light.size + columns) * 2.0**-24 * np.sqrt(columns) * float(ours.max())
+    assert 0 < worst <= limit, f"{rig}: {worst / limit} of the limit"
+    return worst / float(ours.max())
+
+
 def main(symrig, reader):
     if shutil.which("octave-cli") is None:
         return 77
     for rig, options, size in SCENES:
         with tempfile.TemporaryDirectory() as folder:
             print(f"{rig}: at most {check(symrig, reader, pathlib.Path(folder), rig, options, size):.2g} of the brightest pixel apart")
+    for rig in OWN_PIXELS:
+        with tempfile.TemporaryDirectory() as folder:
+            print(f"{rig}: at most {check_own(symrig, reader, pathlib.Path(folder), rig):.2g} of the brightest pixel apart")
     return 0
 
 

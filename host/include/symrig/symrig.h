@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 /* Version of this interface. It increases when functions are added; existing ones keep their meaning. */
-#define SYMRIG_API_VERSION 3
+#define SYMRIG_API_VERSION 4
 /* The interface version of the library at run time. Stop if it is less than SYMRIG_API_VERSION. */
 uint32_t symrig_api_version(void);
 /* Version of the library, such as "0.1.0". Do not free it. */
@@ -157,6 +157,24 @@ int symrig_tensor_adjoint(const symrig_tensor* tensor, size_t pictures, const fl
  * light: one channel of the camera's rows x columns. picture: rows x columns x channels of the projector. */
 int symrig_tensor_dual(const symrig_tensor* tensor, const float* light, size_t light_count, float* picture,
                        size_t picture_count, symrig_error* error);
+
+/* The scene on the camera's own pixels, if the camera has more of them than the projector has cells: the
+ * sizes of its patterns and photographs. All are 0 if the scene has none (docs/file-format.md, Camera
+ * pixels). */
+symrig_shape symrig_camera_shape(const symrig_tensor* tensor);
+
+/* As symrig_tensor_relight_many(), with photographs of the camera's own pixels. Pixels that look beside the
+ * projector's picture are 0. Of a camera with a colour mosaic each pixel has three colours: those that it
+ * does not see come from the flood-lit scene around it. fails: size_mismatch, bad_value, bad_argument (the
+ * scene has none). */
+int symrig_camera_relight(const symrig_tensor* tensor, size_t patterns, const float* pattern,
+                          size_t pattern_count, float* photograph, size_t photograph_count,
+                          symrig_error* error);
+
+/* As symrig_tensor_adjoint(), of pictures of the camera's own pixels. Of a camera with a colour mosaic it
+ * takes of each pixel the channel of its own filter only. */
+int symrig_camera_adjoint(const symrig_tensor* tensor, size_t pictures, const float* picture,
+                          size_t picture_count, float* light, size_t light_count, symrig_error* error);
 
 /* What is stored, level by level, and how the scene was captured: the JSON of `symrig inspect --json`. */
 int symrig_tensor_inspect(const symrig_tensor* tensor, char** json, symrig_error* error);

@@ -201,7 +201,10 @@ int symrig_capture(symrig_rig* rig, const char* output, const char* options, sym
     if (!job) return report(job.error(), error);
     auto scene = capture_now(*rig, *std::move(job), turn.progress(on_progress, user));
     if (!scene) return report(scene.error(), error);
-    if (tensor != nullptr) *tensor = new symrig_tensor{*std::move(scene)};
+    if (tensor == nullptr) return 0;
+    const auto made = symrig_tensor::make(*std::move(scene));
+    if (!made) return report(made.error(), error);
+    *tensor = *made;
     return 0;
   });
 }

@@ -4,6 +4,7 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/program/compile.hpp"
 #include "symrig/program/program_file.hpp"
@@ -34,6 +35,9 @@ struct symrig_board {
 
 struct symrig_tensor {
   symrig::StoredScene scene;
+  std::optional<symrig::Relighter> camera = {};  ///< of a scene with the camera's own pixels
+
+  static symrig::Result<symrig_tensor*> make(symrig::StoredScene scene);  ///< the caller deletes it
 };
 
 struct symrig_rig {

@@ -22,6 +22,7 @@ using symrig::ErrorCode;
 using symrig::Grid;
 using symrig::Image;
 using symrig::Result;
+using symrig::TransportOperator;
 using symrig::TransportTensor;
 using namespace symrig::capi;
 
@@ -50,7 +51,7 @@ Result<void> check_pictures(const Given<T>& given, std::size_t pictures, const S
   return Error{ErrorCode::size_mismatch,
                std::string(given.name) + " has " + std::to_string(given.count) + " values, not " + times +
                    std::to_string(size.values()),
-               "use the sizes of symrig_tensor_shape()"};
+               "use the sizes of symrig_tensor_shape(), or of symrig_camera_shape()"};
 }
 
 Result<void> check_light(const Given<const float>& given) {
@@ -66,11 +67,11 @@ Image<float> picture_at(const Given<const float>& given, std::size_t k, const Si
   return picture;
 }
 
-Size pattern_size(const TransportTensor& tensor) {
+Size pattern_size(const TransportOperator& tensor) {
   return {tensor.projector_grid(), 1};
 }
 
-Size photograph_size(const TransportTensor& tensor) {
+Size photograph_size(const TransportOperator& tensor) {
   return {tensor.camera_grid(), tensor.channels()};
 }
 
@@ -114,7 +115,7 @@ Result<void> map_pictures(const Given<const float>& from, const Given<float>& to
   return {};
 }
 
-/// What the calls have in common. make: the sizes and the map, of the tensor.
+/// What the calls have in common. make: the sizes and the map, of the tensor; or an error.
 template <class Make>
 int mapped(const symrig_tensor* tensor, const Given<const float>& from, const Given<float>& to,
            symrig_error* error, Make make) {
@@ -128,6 +129,18 @@ int mapped(const symrig_tensor* tensor, const Given<const float>& from, const Gi
   });
 }
 
+/// The same on the camera's own pixels. make: of the whole handle.
+template <class Make>
+int mapped_by_camera(const symrig_tensor* tensor, const Given<const float>& from, const Given<float>& to,
+                     symrig_error* error, Make make) {
+  if (tensor != nullptr && !tensor->camera)
+    return report({ErrorCode::bad_argument, "the scene has no pixels of the camera's own",
+                   "use symrig_tensor_relight(), or capture with a registered camera that has more pixels "
+                   "than the projector has cells"},
+                  error);
+  return mapped(tensor, from, to, error, [&](const TransportTensor&) { return make(*tensor); });
+}
+
 }  // namespace
 
 int symrig_tensor_load(const char* path, symrig_tensor** tensor, symrig_error* error) {
@@ -137,7 +150,9 @@ int symrig_tensor_load(const char* path, symrig_tensor** tensor, symrig_error* e
     *tensor = nullptr;
     auto scene = symrig::load_scene(path);
     if (!scene) return report(scene.error(), error);
-    *tensor = new symrig_tensor{*std::move(scene)};
+    const auto made = symrig_tensor::make(*std::move(scene));
+    if (!made) return report(made.error(), error);
+    *tensor = *made;
     return 0;
   });
 }
@@ -192,6 +207,44 @@ int symrig_tensor_dual(const symrig_tensor* tensor, const float* light, size_t l
                       Pictures{1, camera, projector},
                       one_by_one([&held](const Image<float>& one) { return held.apply_transposed(one); }));
                 });
+}
+
+Result<symrig_tensor*> symrig_tensor::make(symrig::StoredScene scene) {
+  auto tensor = std::make_unique<symrig_tensor>(symrig_tensor{std::move(scene)});
+  if (tensor->scene.camera != nullptr) {
+    SYMRIG_TRY(tensor->camera, symrig::Relighter::begin(tensor->scene.camera));
+  }
+  return tensor.release();
+}
+
+symrig_shape symrig_camera_shape(const symrig_tensor* tensor) {
+  if (tensor == nullptr || !tensor->camera) return {};
+  const symrig::CameraTransport& held = *tensor->scene.camera;
+  return {held.projector_grid().rows, held.projector_grid().cols, held.camera_grid().rows,
+          held.camera_grid().cols, held.channels()};
+}
+
+int symrig_camera_relight(const symrig_tensor* tensor, size_t patterns, const float* pattern,
+                          size_t pattern_count, float* photograph, size_t photograph_count,
+                          symrig_error* error) {
+  return mapped_by_camera(
+      tensor, {"pattern", pattern, pattern_count}, {"photograph", photograph, photograph_count}, error,
+      [patterns](const symrig_tensor& held) {
+        const symrig::CameraTransport& camera = *held.scene.camera;
+        return std::pair(Pictures{patterns, pattern_size(camera), photograph_size(camera)},
+                         [&held](const Batch& lights) { return held.camera->relight_batch(lights); });
+      });
+}
+
+int symrig_camera_adjoint(const symrig_tensor* tensor, size_t pictures, const float* picture,
+                          size_t picture_count, float* light, size_t light_count, symrig_error* error) {
+  return mapped_by_camera(
+      tensor, {"picture", picture, picture_count}, {"light", light, light_count}, error,
+      [pictures](const symrig_tensor& held) {
+        const symrig::CameraTransport& camera = *held.scene.camera;
+        return std::pair(Pictures{pictures, photograph_size(camera), pattern_size(camera)},
+                         one_by_one([&camera](const Image<float>& one) { return camera.adjoint(one); }));
+      });
 }
 
 namespace {

@@ -72,7 +72,9 @@ bool write_camera(hid_t file, const CameraTransport& camera, const Work& work) {
   for (const CameraTransport::Group& one : parts.groups)
     groups.push_back({one.channel, one.columns, one.pixels});
   work.look();
-  return h5::write_attribute(group, "grid", grid) && h5::write_attribute(group, "mosaic", parts.mosaic) &&
+  return h5::write_attribute(group, "grid", grid) &&
+         h5::write_dataset<std::int32_t>(group, "size", {2}, grid) &&
+         h5::write_attribute(group, "mosaic", parts.mosaic) &&
          h5::write_attribute(group, "registration", parts.registration) &&
          write_triples(group, "bases", bases) && write_run(group, "basis_values", parts.basis_values) &&
          write_triples(group, "groups", groups) && write_run(group, "columns", parts.columns) &&
@@ -95,6 +97,12 @@ Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, c
   parts.cells = cells;
   parts.channels = head.channels;
   SYMRIG_TRY(parts.camera, h5::read_grid(group, "grid"));
+  SYMRIG_TRY(const bool has_size, h5::exists(group, "size"));
+  if (has_size) {
+    SYMRIG_TRY(const auto size, read_run<std::int32_t>(group, "size"));
+    if (!std::ranges::equal(size, std::array{parts.camera.rows, parts.camera.cols}))
+      return damaged_camera("size' is not that of 'grid'");
+  }
   SYMRIG_TRY(parts.mosaic, h5::read_text(group, "mosaic"));
   SYMRIG_TRY(parts.registration, h5::read_text(group, "registration"));
   if (std::ranges::find(kMosaics, parts.mosaic) == kMosaics.end())

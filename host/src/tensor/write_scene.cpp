@@ -204,6 +204,12 @@ bool write_all(hid_t file, const StoredScene& scene, const Work& work, Result<vo
 }  // namespace
 
 Result<void> save_scene(const fs::path& path, const StoredScene& scene, const Work& work) {
+  const TransportTensor& cells = scene.tensor;
+  if (scene.camera && (scene.camera->channels() != cells.channels() ||
+                       scene.camera->projector_grid() != cells.projector_grid()))
+    return Error{ErrorCode::bad_argument,
+                 "T on the camera's own pixels has other channels or cells than T on the cells",
+                 "save it with the T that it was fitted to"};
   Result<void> read;
   const Result<void> written =
       h5::write_file(path, [&](hid_t file) { return write_all(file, scene, work, read); });

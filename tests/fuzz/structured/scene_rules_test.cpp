@@ -215,7 +215,13 @@ TEST_F(SceneRules, a_column_of_the_camera_that_is_not_there) {
 }
 TEST_F(SceneRules, a_camera_that_has_hardly_any_rows) {
   OpenScene(file_).set_camera_grid(1 << 15, 1 << 15);
+  OpenScene(file_).set("camera/size", 0, std::int32_t{1 << 15});
+  OpenScene(file_).set("camera/size", 1, std::int32_t{1 << 15});
   expect_refused("'camera/grid'");
+}
+TEST_F(SceneRules, a_size_of_the_camera_that_is_not_its_grid) {
+  OpenScene(file_).set("camera/size", 1, std::int32_t{7});
+  expect_refused("'camera/size'");
 }
 // Before 2.1 the name was free for other programs.
 TEST_F(SceneRules, an_older_file_may_have_anything_of_this_name) {

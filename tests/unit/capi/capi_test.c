@@ -145,6 +145,51 @@ static void test_relight(void) {
   EXPECT(tensor == NULL);
 }
 
+/* A mosaic: relit pictures have all colours, the adjoint is of the pixels' own. */
+static void test_camera(void) {
+  enum { kCells = 99, kValues = 45 };
+  float pattern[2 * kCells], expected[kValues], filters[kValues] = {0}, photograph[2 * kValues],
+                                                light[kCells];
+  symrig_error error;
+  symrig_tensor* tensor = NULL;
+  for (int k = 0; k < kCells; ++k) {
+    pattern[k] = (float)(k % 5) / 5.0F;
+    pattern[k + kCells] = 1.0F;
+  }
+  EXPECT(symrig_tensor_load(path_of("scene.h5"), &tensor, &error) == 0);
+  EXPECT(symrig_camera_shape(tensor).photograph_rows == 0 && symrig_camera_shape(NULL).channels == 0);
+  EXPECT(symrig_camera_relight(tensor, 1, pattern, kCells, photograph, kValues, &error) ==
+         SYMRIG_BAD_ARGUMENT);
+  EXPECT(strstr(error.what, "no pixels of the camera") != NULL);
+  symrig_tensor_free(tensor);
+  EXPECT(symrig_camera_relight(NULL, 1, pattern, kCells, photograph, kValues, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(strstr(error.what, "tensor is null") != NULL);
+  EXPECT(make_camera_scene(path_of("scene.h5"), pattern, expected, filters) == 0);
+  EXPECT(symrig_tensor_load(path_of("scene.h5"), &tensor, &error) == 0);
+  if (tensor == NULL) return;
+  const symrig_shape shape = symrig_camera_shape(tensor);
+  EXPECT(shape.pattern_rows == 9 && shape.pattern_columns == 11 && shape.channels == 3);
+  EXPECT(shape.photograph_rows == 3 && shape.photograph_columns == 5);
+  EXPECT(symrig_camera_relight(tensor, 2, pattern, 2 * kCells, photograph, 2 * kValues, &error) == 0);
+  double sum = 0, back = 0, all = 0;
+  for (int k = 0; k < kValues; ++k) {
+    EXPECT(fabsf(photograph[k] - expected[k]) <= 1e-5F * fabsf(expected[k]));
+    EXPECT(photograph[k] != 0.0F || k % 15 == 14); /* the last pixel has no row */
+    sum += (double)photograph[k] * filters[k] * (k + 1);
+    all += filters[k];
+    filters[k] *= (float)(k + 1);
+  }
+  EXPECT(all == 14);
+  EXPECT(symrig_camera_adjoint(tensor, 1, filters, kValues, light, kCells, &error) == 0);
+  for (int k = 0; k < kCells; ++k) back += (double)light[k] * pattern[k];
+  EXPECT(fabs(sum) > 1.0 && fabs(back - sum) <= 1e-5 * fabs(sum)); /* <T x, y> = <x, T' y> */
+  EXPECT(symrig_camera_relight(tensor, 1, pattern, kCells - 1, photograph, kValues, &error) == kSizeMismatch);
+  EXPECT(symrig_camera_adjoint(tensor, 1, filters, 15, light, kCells, &error) == kSizeMismatch);
+  pattern[3] = NAN;
+  EXPECT(symrig_camera_relight(tensor, 1, pattern, kCells, photograph, kValues, &error) == kBadValue);
+  symrig_tensor_free(tensor);
+}
+
 int main(int count, char** words) {
   if (count != 2) return 2;
   snprintf(folder, sizeof folder, "%s", words[1]);
@@ -152,5 +197,6 @@ int main(int count, char** words) {
   test_run();
   test_faults();
   test_relight();
+  test_camera();
   return failures == 0 ? 0 : 1;
 }

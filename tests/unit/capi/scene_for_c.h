@@ -10,6 +10,11 @@ extern "C" {
  * `pattern`, 99 values each. 0: done. */
 int make_scene(const char* path, const float* pattern, float* photograph);
 
+/* That scene in colour, with a camera of 3 x 5 pixels and the filters GRBG. pattern: 99 values. photograph: 3
+ * x 5 x 3 values of the C++ interface. filters: 1 in the colour that a pixel sees, and 0; 3 x 5 x 3 values.
+ * 0: done. */
+int make_camera_scene(const char* path, const float* pattern, float* photograph, float* filters);
+
 #ifdef __cplusplus
 }
 #endif

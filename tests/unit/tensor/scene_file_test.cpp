@@ -186,6 +186,17 @@ TEST_F(SceneFile, what_is_not_a_scene_is_named) {
   EXPECT_EQ(load_scene(path("")).error().code, ErrorCode::bad_format);
 }
 
+TEST_F(SceneFile, a_camera_of_another_scene_is_not_saved) {
+  StoredScene scene = example();
+  scene.camera = std::make_shared<const CameraTransport>(
+      *CameraTransport::make(test::small_camera(1, scene.tensor.projector_tree())));
+  EXPECT_EQ(save_scene(path("scene.h5"), scene).error().code, ErrorCode::bad_argument);  // of 3 channels
+  scene.camera = std::make_shared<const CameraTransport>(
+      *CameraTransport::make(test::small_camera(3, BlockTree({6, 5}))));
+  EXPECT_EQ(save_scene(path("scene.h5"), scene).error().code, ErrorCode::bad_argument);
+  EXPECT_EQ(files(), 0U);
+}
+
 TEST_F(SceneFile, not_finite_values_are_refused) {
   TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
   builder.add_scalar(0, 0, std::vector<float>{std::nanf("")});

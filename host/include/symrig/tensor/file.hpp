@@ -33,7 +33,8 @@ struct StoredScene {
 };
 
 /// Writes scene.h5 (HDF5, docs/file-format.md) atomically: a temporary file beside it, fsync, rename.
-/// work: counts the bytes.  fails: io.  throws: Stopped. Never leaves a half-written file under `path`.
+/// work: counts the bytes.  fails: io; bad_argument (a camera of another scene).  throws: Stopped. Never
+/// leaves a half-written file under `path`.
 Result<void> save_scene(const std::filesystem::path& path, const StoredScene& scene, const Work& work = {});
 
 struct LoadOptions {
