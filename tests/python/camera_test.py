@@ -91,6 +91,15 @@ def test_the_capture_knows_its_errors(fine):
         fine.camera.errors("sim:gummy?size=16x16&fine=4&camera=80x80")
 
 
+def test_chi_square_is_that_of_noise_where_the_rows_are_right(fine):
+    chi_square = fine.camera.chi_square
+    seen = fine.camera @ np.ones((16, 16), np.float32) > 0
+    assert chi_square.shape == (76, 76)
+    assert np.all((chi_square > 0) == seen)
+    # Of 10 photographs each: noise alone has a mean of 1 and a scatter of 0.45; the rows have noise of their own.
+    assert 0.8 < np.median(chi_square[seen]) < 2
+
+
 def test_other_pictures_are_refused(fine):
     for picture in (np.ones((16, 15)), np.ones((2, 16, 16, 3))):
         with pytest.raises(symrig.InputError):

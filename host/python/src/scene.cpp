@@ -292,6 +292,11 @@ void bind_scene(py::module_& module) {
       .def_property_readonly("channels", [](const CameraTransport& c) { return c.channels(); })
       .def_property_readonly("mosaic", [](const CameraTransport& c) { return c.parts().mosaic; })
       .def_property_readonly("bytes", [](const CameraTransport& c) { return c.bytes(); })
+      .def_property_readonly("chi_square",
+                             [](const CameraTransport& c) -> py::object {
+                               if (c.parts().chi_square.empty()) return py::none();
+                               return array_of(c.chi_square());
+                             })
       .def("apply", apply_camera)
       .def("apply_batch", apply_camera_batch)
       .def("adjoint", adjoint_camera)

@@ -487,6 +487,15 @@ class Camera(_Transport[_symrig.CameraTransport]):
         return {key: Estimate(value, widths[key]) for key, value in values.items()}
 
     @property
+    def chi_square(self) -> Optional[FloatArray]:
+        """(rows, cols[, channels]): mean of (photograph − row · light)² / variance over held-out photographs.
+
+        1: only noise is left; 0: no photograph tells it, or the pixel has no row. None: the capture held out none.
+        Large values show where the rows do not describe the scene: it has moved, or a pixel sees several depths.
+        """
+        return self._stored.chi_square
+
+    @property
     def mosaic(self) -> str:
         """The colour filters of 2 x 2 pixels, such as "RGGB"; "" if each pixel sees all channels."""
         return self._stored.mosaic

@@ -238,15 +238,15 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
                                               .held_out = result.held_out_at,
                                               .registration = fmt::format("{:08x}", rig.registered->digest()),
                                               .progress = job.options.progress}));
-  const auto camera = std::make_shared<const CameraTransport>(std::move(fit));
-  CameraFacts facts{camera->camera_grid(), camera->rows(), camera->coefficients(), camera->bytes(),
-                    watch.seconds()};
+  CameraFacts facts{fit.camera_grid(), fit.rows(), fit.coefficients(), fit.bytes(), watch.seconds()};
   if (!result.held_out_at.empty()) {
-    SYMRIG_TRY(facts.errors,
-               estimate_camera_errors(*camera, SeenCells(*camera, registration.corners()), log,
-                                      result.held_out_at, result.noise_check, job.options.progress));
+    SYMRIG_TRY(CameraErrors errors,
+               estimate_camera_errors(fit, SeenCells(fit, registration.corners()), log, result.held_out_at,
+                                      result.noise_check, job.options.progress));
+    fit.set_chi_square(errors.chi_square);
+    facts.errors = std::move(errors.estimate);
   }
-  outcome.camera = camera;
+  outcome.camera = std::make_shared<const CameraTransport>(std::move(fit));
   outcome.summary.camera = std::move(facts);
   return {};
 }

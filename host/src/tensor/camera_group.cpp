@@ -80,7 +80,8 @@ bool write_camera(hid_t file, const CameraTransport& camera, const Work& work) {
          write_triples(group, "groups", groups) && write_run(group, "columns", parts.columns) &&
          write_run(group, "middles", parts.middles) && write_run(group, "steps", parts.steps) &&
          write_run(group, "pixels", parts.pixels) && write_run(group, "brightness", parts.brightness) &&
-         write_run(group, "codes", parts.codes);
+         write_run(group, "codes", parts.codes) &&
+         (parts.chi_square.empty() || write_run(group, "chi_square", parts.chi_square));
 }
 
 Result<bool> has_camera(const Object& file, const Head& head) {
@@ -123,6 +124,10 @@ Result<std::shared_ptr<const CameraTransport>> read_camera(const Object& file, c
   SYMRIG_TRY(parts.pixels, read_run<std::int32_t>(group, "pixels"));
   SYMRIG_TRY(parts.brightness, read_run<float>(group, "brightness"));
   SYMRIG_TRY(parts.codes, read_run<std::int8_t>(group, "codes"));
+  SYMRIG_TRY(const bool has_chi_square, h5::exists(group, "chi_square"));
+  if (has_chi_square) {
+    SYMRIG_TRY(parts.chi_square, read_run<Half>(group, "chi_square"));
+  }
   // Pictures of a damaged file must not take all memory: at least one of so many samples has a row.
   constexpr std::int64_t kMostSamplesARow = 1024;
   if (parts.camera.size() * head.channels / kMostSamplesARow > std::ssize(parts.pixels))

@@ -106,6 +106,13 @@ std::string_view misfit_of_sizes(const CameraParts& parts) {
   return "";
 }
 
+std::string_view misfit_of_chi_square(const CameraParts& parts) {
+  if (!parts.chi_square.empty() && parts.chi_square.size() != parts.pixels.size())
+    return "the number of chi-squares";
+  const auto possible = [](Half half) { return from_half(half) >= 0 && std::isfinite(from_half(half)); };
+  return std::ranges::all_of(parts.chi_square, possible) ? "" : "a chi-square";
+}
+
 /// Sums of a group's pixel: Σ_k code_k z_k for each light. z: [columns × Lights]. The partial sums of one
 /// light are what lets the compiler use whole registers.
 template <int Lights>
@@ -128,7 +135,8 @@ void add_codes(const std::int8_t* codes, const float* z, std::size_t columns, fl
 }  // namespace
 
 Result<CameraTransport> CameraTransport::make(Parts parts) {
-  for (const auto misfit : {misfit_of_bases, misfit_of_groups, misfit_of_pixels, misfit_of_sizes})
+  for (const auto misfit :
+       {misfit_of_bases, misfit_of_groups, misfit_of_pixels, misfit_of_sizes, misfit_of_chi_square})
     if (const std::string_view what = misfit(parts); !what.empty())
       return Error{ErrorCode::bad_value,
                    fmt::format("the parts of T on camera pixels do not fit together: {}", what), ""};
@@ -156,7 +164,23 @@ std::int64_t CameraTransport::bytes() const {
   };
   return of(parts_.bases) + of(parts_.basis_values) + of(parts_.groups) + of(parts_.columns) +
          of(parts_.middles) + of(parts_.steps) + of(parts_.pixels) + of(parts_.brightness) +
-         of(parts_.codes) + of(places_) + of(basis_first_);
+         of(parts_.codes) + of(parts_.chi_square) + of(places_) + of(basis_first_);
+}
+
+Image<float> CameraTransport::chi_square() const {
+  if (parts_.chi_square.empty()) return {};
+  Image<float> picture(parts_.camera, parts_.channels);
+  std::size_t at = 0;
+  for (const Group& group : parts_.groups)
+    for (std::int32_t i = 0; i < group.pixels; ++i, ++at)
+      picture.plane(group.channel)[parts_.pixels[at]] = from_half(parts_.chi_square[at]);
+  return picture;
+}
+
+void CameraTransport::set_chi_square(std::span<const float> values) {
+  constexpr float kMost = 65504;  // of a half
+  parts_.chi_square.clear();
+  for (const float value : values) parts_.chi_square.push_back(tensor::to_half(std::min(value, kMost)));
 }
 
 /// vᵀ p of every column of the bases, [columns × Lights].

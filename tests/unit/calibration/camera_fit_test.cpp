@@ -112,11 +112,11 @@ struct Bench {
 
 /// Four camera pixels along the side of a cell, turned: 152x152 for 32x32 cells. Four exposures a photograph:
 /// planned ones leave a pixel as much noise as the search allows for its whole cell.
-Bench captured(const std::string& scene, int size) {
+Bench captured(const std::string& scene, int size, int seed = 1) {
   Bench bench;
   const int camera = static_cast<int>(std::lround(size * 4.75));
-  const std::string uri =
-      "sim:" + scene + "?fine=4&exposures=4&size=" + std::to_string(size) + "x" + std::to_string(size);
+  const std::string uri = "sim:" + scene + "?fine=4&exposures=4&seed=" + std::to_string(seed) +
+                          "&size=" + std::to_string(size) + "x" + std::to_string(size);
   bench.rig = *open_virtual_rig(uri + "&camera=" + std::to_string(camera) + "x" + std::to_string(camera) +
                                 "&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02");
   bench.ideal = *open_virtual_rig(uri);
@@ -207,10 +207,13 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CameraFitOf,
                            return name;
                          });
 
-// What held-out photographs tell, against the truth: each interval of 95 % holds it.
+// What held-out photographs tell, against the truth: 95 % of the intervals hold it. Of 56 such intervals,
+// 6 or more miss it in one of 16 draws.
 TEST(CameraErrors, are_what_the_estimate_says) {
-  for (const char* scene : {"gummy", "vgroove-textured"}) {
-    const Bench bench = captured(scene, 24);
+  int outside = 0;
+  for (int k = 0; k < 8; ++k) {
+    const std::string scene = k % 2 == 0 ? "gummy" : "vgroove-textured";
+    const Bench bench = captured(scene, 24, 1 + k / 2);
     ASSERT_GE(bench.held_out.size(), 6) << scene;
     const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log, {.held_out = bench.held_out});
     ASSERT_TRUE(fit.ok()) << fit.error().line();
@@ -218,7 +221,8 @@ TEST(CameraErrors, are_what_the_estimate_says) {
     const auto said = estimate_camera_errors(camera, SeenCells(camera, bench.registration->corners()),
                                              *bench.log, bench.held_out, bench.noise);
     ASSERT_TRUE(said.ok()) << said.error().line();
-    EXPECT_TRUE(said->not_given.empty());
+    const ErrorEstimate& estimate = said->estimate;
+    EXPECT_TRUE(estimate.not_given.empty());
     const SeenCells exact(camera, bench.rig->exact_corners());
     EvaluateOptions options;
     options.seen = [&](const Image<float>* lit) {
@@ -238,12 +242,61 @@ TEST(CameraErrors, are_what_the_estimate_says) {
     for (const auto field : {&E::frobenius, &E::indirect, &E::flood, &E::relight_bar, &E::relight_random,
                              &E::relight_natural, &E::bar_indirect}) {
       EXPECT_GT(is.*field, 0);
-      EXPECT_NEAR(said->value.*field, is.*field, said->half_width.*field) << scene;
+      if (!(std::abs(estimate.value.*field - is.*field) <= estimate.half_width.*field)) ++outside;
     }
     // The estimates that rest on many samples are narrow.
-    EXPECT_LE(said->half_width.bar_indirect, said->value.bar_indirect);
-    EXPECT_LE(said->half_width.indirect, said->value.indirect);
+    EXPECT_LE(estimate.half_width.bar_indirect, estimate.value.bar_indirect);
+    EXPECT_LE(estimate.half_width.indirect, estimate.value.indirect);
   }
+  EXPECT_LE(outside, 5);
+}
+
+// Of each row, pixel by pixel; a row that is wrong stands out, and its neighbours do not.
+TEST(CameraErrors, tell_the_chi_square_of_each_row) {
+  const Bench bench = captured("gummy", 16);
+  const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log, {.held_out = bench.held_out});
+  ASSERT_TRUE(fit.ok()) << fit.error().line();
+  CameraTransport::Parts parts = fit->parts();
+  const std::size_t wrong = parts.pixels.size() / 2;
+  parts.brightness[wrong] *= 1.5F;
+  const CameraTransport camera = *CameraTransport::make(std::move(parts));
+  const SeenCells seen(camera, bench.registration->corners());
+  const auto said = estimate_camera_errors(camera, seen, *bench.log, bench.held_out, bench.noise);
+  ASSERT_TRUE(said.ok()) << said.error().line();
+  const std::size_t rows = camera.rows();
+  ASSERT_EQ(said->chi_square.size(), rows);
+  std::vector<double> squares(rows);
+  for (const std::int64_t k : bench.held_out) {
+    const Image<float> told = *camera.apply(*bench.log->pattern(k));
+    Radiance strip;
+    for (int first = 0; first < told.grid().rows; first += kLogStripRows) {
+      ASSERT_TRUE(bench.log->rows(k, first / kLogStripRows, strip));
+      const std::int64_t begin = std::int64_t{1} * first * told.grid().cols;
+      for (std::size_t i = 0; i < rows; ++i) {
+        const std::int64_t at = camera.parts().pixels[i] - begin;
+        if (at < 0 || at >= std::ssize(strip.mean.values())) continue;
+        ASSERT_EQ(strip.valid.values()[at], 1);
+        const double e = double{strip.mean.values()[at]} - double{told.values()[begin + at]};
+        squares[i] += e * e / double{strip.variance.values()[at]};
+      }
+    }
+  }
+  std::vector<double> others;
+  for (std::size_t i = 0; i < rows; ++i) {
+    const double mean = squares[i] / static_cast<double>(bench.held_out.size());
+    // Of a batch, whose last bits differ: by 100 roundings of columns that may have ten times the light,
+    // which has up to 1,000 times its noise. That is a hundredth of the noise.
+    EXPECT_NEAR(double{said->chi_square[i]}, mean, 0.02 * (1 + mean));
+    if (i != wrong && seen.counted()[camera.parts().pixels[i]] != 0) others.push_back(mean);
+  }
+  EXPECT_GT(double{said->chi_square[wrong]}, 20 * median(others));
+  CameraTransport kept = camera;
+  kept.set_chi_square(said->chi_square);
+  const Image<float> map = kept.chi_square();
+  EXPECT_EQ(std::ranges::count_if(map.values(), [](float v) { return v > 0; }), std::ssize(squares));
+  // Of 11 bits.
+  EXPECT_NEAR(double{map.values()[camera.parts().pixels[wrong]]}, double{said->chi_square[wrong]},
+              0x1p-11 * double{said->chi_square[wrong]});
 }
 
 // A camera pixel is dark if it, and a tenth of a cell around it, sees no lit cell.

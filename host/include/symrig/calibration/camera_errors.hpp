@@ -44,13 +44,19 @@ class SeenCells {
   std::vector<char> counted_;
 };
 
+/// What held-out photographs tell of T on the camera's pixels.
+struct CameraErrors {
+  ErrorEstimate estimate;
+  std::vector<float> chi_square;  ///< of each row: CameraTransport::Parts::chi_square
+};
+
 /// The errors of T on the camera's pixels, estimated from photographs that the fit did not see.
 ///
 /// held_out: their numbers in the log, as CaptureResult::held_out_at. noise: of the capture. The estimates
 /// are those of cells (docs/research/error-estimates.md), of other samples. Two things are left out, because
 /// the rows are not symmetric: a mismatch of gains, and light to one side. fails: as the log; interrupted.
-Result<ErrorEstimate> estimate_camera_errors(const CameraTransport& camera, const SeenCells& seen,
-                                             const PhotographLog& log, std::span<const std::int64_t> held_out,
-                                             const NoiseCheck& noise, const Progress& progress = {});
+Result<CameraErrors> estimate_camera_errors(const CameraTransport& camera, const SeenCells& seen,
+                                            const PhotographLog& log, std::span<const std::int64_t> held_out,
+                                            const NoiseCheck& noise, const Progress& progress = {});
 
 }  // namespace symrig

@@ -55,6 +55,9 @@ class CameraTransport final : public TransportOperator {
     std::vector<std::int32_t> pixels;           ///< of each group: raster order of the camera
     std::vector<float> brightness;              ///< of each pixel
     std::vector<std::int8_t> codes;             ///< of each group [pixels × columns]
+    /// Halves, of each pixel: mean of (photograph − row · pattern)² / variance over photographs that the fit
+    /// did not see. 1: only noise is left; 0: no photograph says it. Empty: not known.
+    std::vector<std::uint16_t> chi_square = {};
   };
 
   /// No coefficient, and no value that a sum over a pattern multiplies, is as large as this.
@@ -73,6 +76,10 @@ class CameraTransport final : public TransportOperator {
   /// Pixels that have a row, and their coefficients; each channel of a pixel counts.
   std::int64_t rows() const { return std::ssize(parts_.pixels); }
   std::int64_t coefficients() const { return std::ssize(parts_.codes); }
+  /// Parts::chi_square as a picture; 0 where it is not known. Empty if it is not known at all.
+  Image<float> chi_square() const;
+  /// values: one for each row, in the order of Parts::pixels.
+  void set_chi_square(std::span<const float> values);
 
   /// 0 in pixels that have no row. error: half a step of each coefficient.
   Result<Image<float>> apply(const Image<float>& pattern) const override;

@@ -86,23 +86,26 @@ std::int32_t SeenCells::cell(std::int32_t channel, std::int64_t pixel) const {
 namespace {
 
 /// The held-out photographs, set by set, as the sums of ErrorSums want them.
-class CameraErrors {
+class HeldOutSums {
  public:
-  CameraErrors(const CameraTransport& camera, const SeenCells& seen, const PhotographLog& log,
-               std::size_t sets, Work work)
+  HeldOutSums(const CameraTransport& camera, const SeenCells& seen, const PhotographLog& log,
+              std::size_t sets, Work work)
       : camera_(camera),
         seen_(seen),
         log_(log),
         work_(std::move(work)),
         sums_(camera.parts().cells, sets),
         place_(camera.projector_grid().size()),
-        flood_(seen.counted().size()) {
+        flood_(seen.counted().size()),
+        squares_(flood_.size()),
+        judged_(flood_.size()) {
     const std::span<const std::int32_t> order = camera.parts().cells.order();
     for (std::size_t t = 0; t < order.size(); ++t) place_[order[t]] = static_cast<std::int32_t>(t);
   }
 
   Result<void> add(std::span<const std::int64_t> photographs);
   ErrorSums& finish();
+  std::vector<float> chi_square() const;
 
  private:
   /// Of a sample of the mean of all halves.
@@ -125,11 +128,13 @@ class CameraErrors {
   ErrorSums sums_;
   std::vector<std::int32_t> place_;  // of a cell in the tree
   std::vector<Flood> flood_;
+  std::vector<float> squares_;         // of each sample: sum of error² / variance
+  std::vector<std::uint16_t> judged_;  // photographs in that sum
   bool first_ = true;
 };
 
-void CameraErrors::add_sample(std::size_t at, std::span<const Sample> set,
-                              std::span<const std::vector<char>> dark) {
+void HeldOutSums::add_sample(std::size_t at, std::span<const Sample> set,
+                             std::span<const std::vector<char>> dark) {
   const std::size_t pixels = camera_.camera_grid().size();
   const std::int32_t cell =
       place_[seen_.cell(static_cast<std::int32_t>(at / pixels), static_cast<std::int64_t>(at % pixels))];
@@ -162,7 +167,7 @@ void CameraErrors::add_sample(std::size_t at, std::span<const Sample> set,
   if (dark[Order::kBar][at] != 0) one(Order::kBar, sums_.outside_bar);
 }
 
-Result<void> CameraErrors::add(std::span<const std::int64_t> photographs) {
+Result<void> HeldOutSums::add(std::span<const std::int64_t> photographs) {
   std::vector<Pattern> patterns;
   std::vector<std::vector<char>> dark;
   for (const std::int64_t k : photographs) {
@@ -184,14 +189,16 @@ Result<void> CameraErrors::add(std::span<const std::int64_t> photographs) {
       const int plane = rows[0].mean.channels() == 1 ? 0 : channel;  // of a mosaic
       for (std::size_t i = 0; i < pixels; ++i) {
         const std::size_t at = std::size_t{1} * channel * grid.size() + begin + i;
-        if (seen_.counted()[at] == 0) continue;
         for (std::size_t k = 0; k < set.size(); ++k) {
           const double y = rows[k].mean.plane(plane)[i];
           set[k] = {y - static_cast<double>(told[k].values()[at]), y,
                     static_cast<double>(rows[k].variance.plane(plane)[i]),
                     rows[k].valid.plane(plane)[i] != 0};
+          if (!set[k].valid || !(set[k].variance > 0)) continue;
+          squares_[at] += static_cast<float>(set[k].error * set[k].error / set[k].variance);
+          ++judged_[at];
         }
-        add_sample(at, set, dark);
+        if (seen_.counted()[at] != 0) add_sample(at, set, dark);
       }
     }
     work_.add(static_cast<std::int64_t>(64 * pixels * set.size()));
@@ -201,7 +208,7 @@ Result<void> CameraErrors::add(std::span<const std::int64_t> photographs) {
 }
 
 /// As for cells: some dozen random patterns as sparse as the pairs.
-double CameraErrors::sparse_energy(double lit) const {
+double HeldOutSums::sparse_energy(double lit) const {
   constexpr int kPatterns = 32, kTogether = 16;
   constexpr std::uint64_t kSeed = 0x5EA4C;
   Random random(kSeed);
@@ -229,7 +236,7 @@ double CameraErrors::sparse_energy(double lit) const {
   return samples > 0 ? energy / samples : 0;
 }
 
-ErrorSums& CameraErrors::finish() {
+ErrorSums& HeldOutSums::finish() {
   const std::size_t pixels = camera_.camera_grid().size();
   for (std::size_t at = 0; at < flood_.size(); ++at) {
     if (seen_.counted()[at] == 0 || flood_[at].invalid) continue;
@@ -243,6 +250,19 @@ ErrorSums& CameraErrors::finish() {
   sums_.dark_share = dark > 0 ? static_cast<double>(sums_.sparse_pairs.samples()) / dark : 1;
   sums_.mean_sparse_energy = [this](double lit) { return sparse_energy(lit); };
   return sums_;
+}
+
+/// Pixels that see something beside the cells have one too.
+std::vector<float> HeldOutSums::chi_square() const {
+  std::vector<float> of_rows;
+  of_rows.reserve(camera_.rows());
+  const std::size_t pixels = camera_.camera_grid().size();
+  for (const CameraTransport::Group& group : camera_.parts().groups)
+    for (std::int32_t k = 0; k < group.pixels; ++k) {
+      const std::size_t at = group.channel * pixels + camera_.parts().pixels[of_rows.size()];
+      of_rows.push_back(judged_[at] > 0 ? squares_[at] / static_cast<float>(judged_[at]) : 0);
+    }
+  return of_rows;
 }
 
 /// Scatter between flood-lit photographs that were taken one after the other, over their stated variances.
@@ -287,23 +307,24 @@ Result<double> variance_ratio(const SeenCells& seen, const CameraTransport& came
 
 }  // namespace
 
-Result<ErrorEstimate> estimate_camera_errors(const CameraTransport& camera, const SeenCells& seen,
-                                             const PhotographLog& log, std::span<const std::int64_t> held_out,
-                                             const NoiseCheck& noise, const Progress& progress) {
+Result<CameraErrors> estimate_camera_errors(const CameraTransport& camera, const SeenCells& seen,
+                                            const PhotographLog& log, std::span<const std::int64_t> held_out,
+                                            const NoiseCheck& noise, const Progress& progress) {
   const Work work(progress);
-  return stoppable(work, [&]() -> Result<ErrorEstimate> {
+  return stoppable(work, [&]() -> Result<CameraErrors> {
     work.begin("errors on the camera's pixels", 0, log.size());
     const std::size_t further = (held_out.size() - Order::kCount) / Order::kFurther;
-    CameraErrors errors(camera, seen, log, 1 + further, work);
-    SYMRIG_CHECK(errors.add(held_out.first(Order::kCount)));
+    HeldOutSums sums(camera, seen, log, 1 + further, work);
+    SYMRIG_CHECK(sums.add(held_out.first(Order::kCount)));
     for (std::size_t k = 0; k < further; ++k)
-      SYMRIG_CHECK(errors.add(held_out.subspan(Order::kCount + k * Order::kFurther, Order::kFurther)));
+      SYMRIG_CHECK(sums.add(held_out.subspan(Order::kCount + k * Order::kFurther, Order::kFurther)));
     // What cells do not add up to is what their model of the borders leaves, and the noise of cells is that
     // of pixels after blur was taken out. Pixels have neither.
     NoiseCheck of_pixels = noise;
     of_pixels.shared_ratio = NoiseCheck::kUnknown;
     SYMRIG_TRY(of_pixels.variance_ratio, variance_ratio(seen, camera, log));
-    return acquisition::estimate_errors(errors.finish(), of_pixels);
+    ErrorEstimate estimate = acquisition::estimate_errors(sums.finish(), of_pixels);
+    return CameraErrors{std::move(estimate), sums.chi_square()};
   });
 }
 

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/camera_fit.hpp"
 
-#include "calibration/camera_fit/bounded_least_squares.hpp"
 #include "calibration/camera_fit/cell_rows.hpp"
 #include "calibration/camera_fit/footprint.hpp"
-#include "calibration/camera_fit/row_prior.hpp"
+#include "calibration/camera_fit/pixel_fitter.hpp"
 #include "symrig/image/outline.hpp"
 #include "symrig/tensor/internal/half.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -23,21 +21,16 @@ namespace symrig {
 namespace {
 
 using calibration::CellRows;
+using calibration::FittedRow;
+using calibration::PixelFitter;
+using calibration::PixelLight;
 using Column = CameraTransport::Column;
 
-constexpr double kFloor = 3e-5;      ///< of its flood-lit light: what the model may miss in every photograph
-constexpr double kDarkest = 1e-2;    ///< of a cell's light: a pixel is not known better than this one
-constexpr double kLeastBlur = 0.03;  ///< [cells] no optics are sharper
-
-/// What every photograph shows to each column, [columns × photographs].
-struct Shown {
-  std::size_t photographs = 0;
-  std::vector<float> bases, cells;
-
-  const float* of(Column column) const {
-    return column >= 0 ? &bases[column * photographs] : &cells[(-1 - column) * photographs];
-  }
-};
+constexpr double kDoubtful = 1.2;       ///< a misfit above may mean that a pixel belongs to the next cell
+constexpr double kBetter = 0.9;         ///< of the misfit in its own cell
+constexpr double kUnexplained = 2;      ///< a misfit above is searched for its cause
+constexpr double kMostSearched = 0.05;  ///< of the pixels
+constexpr double kLeastBlur = 0.03;     ///< [cells] no optics are sharper
 
 /// The photographs of one channel, [pixels × photographs].
 struct Seen {
@@ -66,6 +59,10 @@ struct PixelsOfCells {
   std::vector<std::int32_t> cell;   ///< those that any pixel looks at
   std::vector<std::int64_t> first;  ///< of each of them in `pixel`; and the end
   std::vector<std::int32_t> pixel;
+
+  std::span<const std::int32_t> of(std::size_t number) const {
+    return std::span(pixel).subspan(first[number], first[number + 1] - first[number]);
+  }
 };
 
 Point middle_of(const Outline& outline) {
@@ -74,21 +71,10 @@ Point middle_of(const Outline& outline) {
   return sum;
 }
 
-/// sees: whether a pixel has a row in this channel.
-template <class Sees>
-PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid cells, Sees&& sees) {
-  std::vector<std::pair<std::int32_t, std::int32_t>> found;  // cell, pixel
-  for (int row = strip.first_row; row < strip.first_row + strip.rows; ++row)
-    for (int col = 0; col < strip.cols; ++col) {
-      if (!sees(row, col)) continue;
-      const Point at = middle_of(outline_of(corners, row, col));
-      if (!(at.row >= 0 && at.col >= 0 && at.row < cells.rows && at.col < cells.cols)) continue;
-      found.emplace_back(static_cast<std::int32_t>(at.row) * cells.cols + static_cast<std::int32_t>(at.col),
-                         row * strip.cols + col);
-    }
-  std::ranges::sort(found);
+PixelsOfCells sorted_by_cell(std::vector<std::pair<std::int32_t, std::int32_t>> cells_and_pixels) {
+  std::ranges::sort(cells_and_pixels);
   PixelsOfCells sorted;
-  for (const auto& [cell, pixel] : found) {
+  for (const auto& [cell, pixel] : cells_and_pixels) {
     if (sorted.cell.empty() || sorted.cell.back() != cell) {
       sorted.cell.push_back(cell);
       sorted.first.push_back(std::ssize(sorted.pixel));
@@ -99,76 +85,19 @@ PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid
   return sorted;
 }
 
-/// Fits the pixels of one cell after the other. It keeps its memory; each thread has one.
-class PixelFitter {
- public:
-  PixelFitter(const CellRows& rows, double blur) : prior_(rows), blur_(blur) {}
-
-  /// The columns of the pixels of this cell.
-  const std::vector<Column>& begin(std::int32_t cell) {
-    prior_.begin(cell, blur_);
-    least_.resize(static_cast<Eigen::Index>(prior_.columns().size()));
-    return prior_.columns();
-  }
-  /// To be called before the pixels of the cell are fitted.
-  void show(const Shown& shown) {
-    const auto& columns = prior_.columns();
-    x_.resize(static_cast<Eigen::Index>(shown.photographs), static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t k = 0; k < columns.size(); ++k)
-      x_.col(static_cast<Eigen::Index>(k)) =
-          Eigen::Map<const Eigen::VectorXf>(shown.of(columns[k]), x_.rows()).cast<double>();
-  }
-
-  /// The coefficients of a pixel; light: of it in the flood-lit scene.
-  const Eigen::VectorXd& fit(const calibration::Footprint& footprint, double light,
-                             std::span<const float> mean, std::span<const float> weight);
-  const std::vector<Column>& columns() const { return prior_.columns(); }
-  /// The most that a photograph shows to each column.
-  std::vector<float> most_shown() const {
-    std::vector<float> most;
-    for (Eigen::Index k = 0; k < x_.cols(); ++k)
-      most.push_back(static_cast<float>(x_.col(k).cwiseAbs().maxCoeff()));
-    return most;
-  }
-
- private:
-  calibration::RowPrior prior_;
-  calibration::BoundedLeastSquares solver_;
-  double blur_;
-  Eigen::MatrixXd x_, weighted_, normal_;
-  Eigen::VectorXd foretold_, sigma_, root_, rest_, right_, least_, coefficients_;
-};
-
-// The row of a pixel is what its photographs and the prior make likeliest: the minimum over d of
-//
-//   Σ_j (y_j − x_jᵀ (m + S d))² / v_j + |d|²,    m + S d ≥ 0 for light from single cells
-//
-// v_j: the stated variance and the floor of the model. Each pixel weighs its photographs by its own noise: in
-// a photograph that leaves it dark, its noise is a hundredth of that in the flood-lit one, and such
-// photographs show the faint light of far cells.
-const Eigen::VectorXd& PixelFitter::fit(const calibration::Footprint& footprint, double light,
-                                        std::span<const float> mean, std::span<const float> weight) {
-  prior_.of_pixel(footprint, light, foretold_, sigma_);
-  const Eigen::Index photographs = x_.rows(), columns = x_.cols();
-  root_.resize(photographs);
-  const double least = kFloor * std::max(light, kDarkest * prior_.brightness());
-  const double floor = least * least;
-  for (Eigen::Index j = 0; j < photographs; ++j)
-    root_(j) = weight[j] > 0 ? 1 / std::sqrt(1 / static_cast<double>(weight[j]) + floor) : 0;
-  rest_.noalias() = -x_ * foretold_;
-  for (Eigen::Index j = 0; j < photographs; ++j) rest_(j) += mean[j];
-  rest_.array() *= root_.array();
-  weighted_ = root_.asDiagonal() * x_ * sigma_.asDiagonal();
-  normal_.setIdentity(columns, columns);
-  normal_.selfadjointView<Eigen::Lower>().rankUpdate(weighted_.transpose());
-  right_.noalias() = weighted_.transpose() * rest_;
-  for (Eigen::Index k = 0; k < columns; ++k) {
-    const bool bounded = prior_.single(k) && sigma_(k) > 0;
-    least_(k) = bounded ? std::min(-foretold_(k) / sigma_(k), 0.0) : -std::numeric_limits<double>::infinity();
-  }
-  const Eigen::VectorXd& d = solver_.solve(normal_, right_, least_);
-  coefficients_ = foretold_ + sigma_.cwiseProduct(d);
-  return coefficients_;
+/// sees: whether a pixel has a row in this channel.
+template <class Sees>
+PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid cells, Sees&& sees) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> found;
+  for (int row = strip.first_row; row < strip.first_row + strip.rows; ++row)
+    for (int col = 0; col < strip.cols; ++col) {
+      if (!sees(row, col)) continue;
+      const Point at = middle_of(outline_of(corners, row, col));
+      if (!(at.row >= 0 && at.col >= 0 && at.row < cells.rows && at.col < cells.cols)) continue;
+      found.emplace_back(static_cast<std::int32_t>(at.row) * cells.cols + static_cast<std::int32_t>(at.col),
+                         row * strip.cols + col);
+    }
+  return sorted_by_cell(std::move(found));
 }
 
 /// What the pixels of a channel share.
@@ -200,6 +129,13 @@ class CameraFitter {
   Result<void> show_patterns();
   void show_bases(std::size_t from);
   Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
+  using Rows = std::vector<FittedRow>;
+  Rows fit_rows(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
+                FittedRow (PixelFitter::*how)(const PixelLight&));
+  void try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels, Rows& best);
+  void search(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels, Rows& best);
+  PackedRows packed(PixelFitter& fitter, const Strip& strip, std::span<const std::int32_t> pixels,
+                    const Rows& best) const;
   Result<void> fit_strip(const Channel& channel, const Strip& strip);
   Result<void> fit_channel(int number);
 
@@ -211,7 +147,9 @@ class CameraFitter {
   std::vector<std::int64_t> held_out_;  // sorted
   std::size_t photographs_ = 0;
   std::vector<char> white_;
-  Shown shown_;
+  calibration::Shown shown_;
+  Seen seen_;                 // of the strip that is fitted
+  std::vector<float> flood_;  // light of its pixels in the flood-lit scene
   std::vector<float> basis_values_;
   CameraTransport::Parts parts_;
 };
@@ -317,47 +255,126 @@ Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<floa
   return seen;
 }
 
+/// In the order of pixels.pixel.
+CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& strip,
+                                          const PixelsOfCells& pixels,
+                                          FittedRow (PixelFitter::*how)(const PixelLight&)) {
+  const int cols = registration_.cells.cols;
+  Rows rows(pixels.pixel.size());
+  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, shown_, channel.blur);
+  tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
+    const std::int32_t cell = pixels.cell[g];
+    PixelFitter& fitter = fitters.local();
+    fitter.begin(cell);
+    for (std::int64_t k = pixels.first[g]; k < pixels.first[g + 1]; ++k) {
+      const std::int32_t pixel = pixels.pixel[k];
+      const std::size_t at = strip.index(pixel);
+      const Outline outline = outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols);
+      rows[k] = (fitter.*how)({calibration::footprint_of(outline, cell / cols, cell % cols, channel.blur),
+                               flood_[at], seen_.mean_of(at), seen_.weight_of(at)});
+    }
+    const std::size_t columns = fitter.columns().size();
+    work_.add((pixels.first[g + 1] - pixels.first[g]) *
+              static_cast<std::int64_t>(columns * columns * photographs_ / 2));
+  });
+  return rows;
+}
+
+// A cell at the edge of an object is measured by the pixels on one side of the edge. Those on the other are
+// like the next cell, whose columns have their light. The photographs tell which pixels these are.
+void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
+                                  Rows& best) {
+  const Grid cells = registration_.cells;
+  std::vector<std::pair<std::int32_t, std::int32_t>> found;
+  for (const std::int32_t pixel : pixels.pixel) {
+    if (!(best[strip.index(pixel)].misfit > kDoubtful)) continue;
+    const Point at = middle_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols));
+    const int row = static_cast<int>(at.row), col = static_cast<int>(at.col);
+    const int other_row = at.row - row < 0.5 ? row - 1 : row + 1;
+    const int other_col = at.col - col < 0.5 ? col - 1 : col + 1;
+    for (const auto& [y, x] : {std::pair{other_row, col}, {row, other_col}, {other_row, other_col}})
+      if (y >= 0 && x >= 0 && y < cells.rows && x < cells.cols) found.emplace_back(y * cells.cols + x, pixel);
+  }
+  const PixelsOfCells others = sorted_by_cell(std::move(found));
+  Rows rows = fit_rows(channel, strip, others, &PixelFitter::fit);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    FittedRow& row = best[strip.index(others.pixel[k])];
+    if (rows[k].misfit < kBetter * row.misfit) row = std::move(rows[k]);
+  }
+}
+
+/// The pixels whose photographs the cells explain worst: at most a small share, because a search takes long.
+void CameraFitter::search(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
+                          Rows& best) {
+  std::vector<std::pair<double, std::int32_t>> worst;
+  for (const std::int32_t pixel : pixels.pixel)
+    if (const double misfit = best[strip.index(pixel)].misfit; misfit > kUnexplained)
+      worst.emplace_back(-misfit, pixel);
+  std::ranges::sort(worst);
+  worst.resize(std::min(worst.size(),
+                        static_cast<std::size_t>(kMostSearched * static_cast<double>(pixels.pixel.size()))));
+  std::vector<std::pair<std::int32_t, std::int32_t>> found;
+  for (const auto& [misfit, pixel] : worst) found.emplace_back(best[strip.index(pixel)].cell, pixel);
+  const PixelsOfCells searched = sorted_by_cell(std::move(found));
+  Rows rows = fit_rows(channel, strip, searched, &PixelFitter::fit_and_search);
+  for (std::size_t k = 0; k < rows.size(); ++k) best[strip.index(searched.pixel[k])] = std::move(rows[k]);
+}
+
+/// Cells that a search found for one pixel are columns of all pixels of its group.
+PackedRows CameraFitter::packed(PixelFitter& fitter, const Strip& strip, std::span<const std::int32_t> pixels,
+                                const Rows& best) const {
+  std::vector<Column> columns = fitter.columns();
+  std::vector<float> shown = fitter.most_shown(), rows, light;
+  const std::size_t own = columns.size();
+  for (const std::int32_t pixel : pixels)
+    for (const CellRows::Entry& entry : best[strip.index(pixel)].found)
+      if (std::ranges::find(columns.begin() + own, columns.end(), -1 - entry.cell) == columns.end()) {
+        columns.push_back(-1 - entry.cell);
+        shown.push_back(1);
+      }
+  for (const std::int32_t pixel : pixels) {
+    const FittedRow& row = best[strip.index(pixel)];
+    const std::size_t first = rows.size();
+    rows.insert(rows.end(), row.row.begin(), row.row.end());
+    rows.resize(first + columns.size());
+    for (const CellRows::Entry& entry : row.found)
+      rows[first + (std::ranges::find(columns.begin() + own, columns.end(), -1 - entry.cell) -
+                    columns.begin())] = entry.value;
+    light.push_back(flood_[strip.index(pixel)]);
+  }
+  return pack_rows(columns, shown, rows, light);
+}
+
 Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip) {
   const auto sees = [&](int row, int col) {
     return !options_.mosaic || options_.mosaic->at(row, col) == channel.number;
   };
-  const PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
-  std::vector<float> flood;
-  SYMRIG_TRY(const Seen seen, see(channel.number, strip, flood));
+  PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
+  SYMRIG_TRY(seen_, see(channel.number, strip, flood_));
+  Rows best(strip.pixels()), rows = fit_rows(channel, strip, pixels, &PixelFitter::fit);
+  for (std::size_t k = 0; k < rows.size(); ++k) best[strip.index(pixels.pixel[k])] = std::move(rows[k]);
+  try_neighbours(channel, strip, pixels, best);
+  search(channel, strip, pixels, best);
 
-  const int cols = registration_.cells.cols;
-  std::vector<PackedRows> packed(pixels.cell.size());
-  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, channel.blur);
+  std::vector<std::pair<std::int32_t, std::int32_t>> chosen;
+  for (const std::int32_t pixel : pixels.pixel) chosen.emplace_back(best[strip.index(pixel)].cell, pixel);
+  pixels = sorted_by_cell(std::move(chosen));
+  std::vector<PackedRows> groups(pixels.cell.size());
+  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, shown_, channel.blur);
   tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
-    const std::int32_t cell = pixels.cell[g];
-    const auto of_cell =
-        std::span(pixels.pixel).subspan(pixels.first[g], pixels.first[g + 1] - pixels.first[g]);
     PixelFitter& fitter = fitters.local();
-    const std::size_t columns = fitter.begin(cell).size();
-    fitter.show(shown_);
-    std::vector<float> rows, light;
-    rows.reserve(columns * of_cell.size());
-    for (const std::int32_t pixel : of_cell) {
-      const std::size_t at = strip.index(pixel);
-      const auto footprint =
-          calibration::footprint_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols),
-                                    cell / cols, cell % cols, channel.blur);
-      const Eigen::VectorXd& row = fitter.fit(footprint, flood[at], seen.mean_of(at), seen.weight_of(at));
-      for (const double value : row) rows.push_back(static_cast<float>(value));
-      light.push_back(flood[at]);
-    }
-    packed[g] = pack_rows(fitter.columns(), fitter.most_shown(), rows, light);
-    work_.add(static_cast<std::int64_t>(of_cell.size() * columns * columns * photographs_ / 2));
+    fitter.begin(pixels.cell[g]);
+    groups[g] = packed(fitter, strip, pixels.of(g), best);
   });
-  for (const PackedRows& rows : packed) {
-    parts_.groups.push_back({channel.number, static_cast<std::int32_t>(rows.columns.size()),
-                             static_cast<std::int32_t>(rows.brightness.size())});
+  for (const PackedRows& group : groups) {
+    parts_.groups.push_back({channel.number, static_cast<std::int32_t>(group.columns.size()),
+                             static_cast<std::int32_t>(group.brightness.size())});
     const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
-    append(parts_.columns, rows.columns);
-    append(parts_.middles, rows.middles);
-    append(parts_.steps, rows.steps);
-    append(parts_.brightness, rows.brightness);
-    append(parts_.codes, rows.codes);
+    append(parts_.columns, group.columns);
+    append(parts_.middles, group.middles);
+    append(parts_.steps, group.steps);
+    append(parts_.brightness, group.brightness);
+    append(parts_.codes, group.codes);
   }
   parts_.pixels.insert(parts_.pixels.end(), pixels.pixel.begin(), pixels.pixel.end());
   return {};

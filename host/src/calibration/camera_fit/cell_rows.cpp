@@ -176,6 +176,26 @@ void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const flo
     strong_first_[c + 1] = strong_first_[c] + std::ssize(strong[c]);
     strong_.insert(strong_.end(), strong[c].begin(), strong[c].end());
   }
+  list_partners();
+}
+
+void CellRows::list_partners() {
+  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
+  const auto cells = static_cast<std::int32_t>(grid_.size());
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (const Entry& one : strong(c)) {
+      pairs.emplace_back(c, one.cell);
+      pairs.emplace_back(one.cell, c);
+    }
+  std::ranges::sort(pairs);
+  const auto same = std::ranges::unique(pairs);
+  pairs.erase(same.begin(), same.end());
+  partner_first_.assign(std::size_t{1} + cells, 0);
+  for (const auto& [cell, partner] : pairs) {
+    ++partner_first_[cell + 1];
+    partner_.push_back(partner);
+  }
+  for (std::int32_t c = 0; c < cells; ++c) partner_first_[c + 1] += partner_first_[c];
 }
 
 Result<CellRows> CellRows::make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,

@@ -60,6 +60,10 @@ class CellRows {
   const Near& near(std::int32_t cell) const { return near_[cell]; }
   /// Cells that are more than one away and give at least a fiftieth of the cell's light.
   std::span<const Entry> strong(std::int32_t cell) const { return part(strong_first_, strong_, cell); }
+  /// Cells of which one is strong() for the other.
+  std::span<const std::int32_t> partners(std::int32_t cell) const {
+    return part(partner_first_, partner_, cell);
+  }
   /// Light that no leaf holds: from the cell itself, its bands and single entries.
   std::span<const Entry> single(std::int32_t cell) const { return part(single_first_, single_, cell); }
   std::span<const LeafRow> leaves(std::int32_t cell) const { return part(leaf_first_, leaf_row_, cell); }
@@ -75,14 +79,16 @@ class CellRows {
                            std::vector<float>& values);
   void list_leaves(std::span<const std::int32_t> order);
   void take_singles(const TransportTensor& tensor, int channel);
+  void list_partners();
   void sum_rows(std::span<const std::int32_t> order, std::span<const float> values, std::size_t first_value,
                 const Work& work);
 
   Grid grid_;
   std::vector<LeafRows> leaves_;
-  std::vector<std::int64_t> leaf_first_, single_first_, strong_first_;
+  std::vector<std::int64_t> leaf_first_, single_first_, strong_first_, partner_first_;
   std::vector<LeafRow> leaf_row_;
   std::vector<Entry> single_, strong_;
+  std::vector<std::int32_t> partner_;
   std::vector<double> total_;
   double least_ = 1;
   std::vector<Near> near_;

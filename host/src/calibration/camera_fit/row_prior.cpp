@@ -8,12 +8,13 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr double kDirectSpread = 0.5;  ///< of the direct light that the footprint foretells
-constexpr double kStraySpread = 0.02;  ///< of the pixel's light, where its footprint is at all
-constexpr double kLeastShare = 2e-3;   ///< of the footprint in a cell
-constexpr double kSingleSpread = 1.5;  ///< of light from a single cell
-constexpr double kLeastNear = 1e-4;    ///< of the cell's light, from a cell two away
-constexpr double kWideBlur = 0.25;     ///< [cells] direct light then comes from two cells away
+constexpr double kDirectSpread = 0.5;    ///< of the direct light that the footprint foretells
+constexpr double kStraySpread = 0.02;    ///< of the pixel's light, where its footprint is at all
+constexpr double kLeastShare = 2e-3;     ///< of the footprint in a cell
+constexpr double kSingleSpread = 1.5;    ///< of light from a single cell
+constexpr std::size_t kMostEdges = 128;  ///< cells that an edge may show: the strongest
+constexpr double kLeastNear = 1e-4;      ///< of the cell's light, from a cell two away
+constexpr double kWideBlur = 0.25;       ///< [cells] direct light then comes from two cells away
 
 }  // namespace
 
@@ -93,14 +94,25 @@ void RowPrior::add_edges(std::int32_t cell) {
       for (int dx = -1; dx <= 1; ++dx)
         if (y + dy >= 0 && y + dy < grid.rows && x + dx >= 0 && x + dx < grid.cols) use(y + dy, x + dx);
   };
+  edges_.clear();
   around(row, col, [&](int y, int x) {
     for (const CellRows::Entry& strong : rows_.strong(y * grid.cols + x))
       around(strong.cell / grid.cols, strong.cell % grid.cols, [&](int my, int mx) {
         if (std::abs(my - row) <= 1 && std::abs(mx - col) <= 1) return;
-        Term& term = terms_[number_of(my * grid.cols + mx)];
-        term.least = std::max(term.least, static_cast<double>(strong.value));
+        edges_.push_back({my * grid.cols + mx, strong.value});
       });
   });
+  using Entry = CellRows::Entry;
+  std::ranges::sort(edges_, [](const Entry& a, const Entry& b) {
+    return std::pair(a.cell, b.value) < std::pair(b.cell, a.value);
+  });
+  const auto same = std::ranges::unique(edges_, {}, &Entry::cell);
+  edges_.erase(same.begin(), same.end());
+  std::ranges::sort(edges_, [](const Entry& a, const Entry& b) {
+    return std::pair(b.value, a.cell) < std::pair(a.value, b.cell);
+  });
+  for (std::size_t k = 0; k < std::min(edges_.size(), kMostEdges); ++k)
+    terms_[number_of(edges_[k].cell)].least = edges_[k].value;
 }
 
 void RowPrior::begin(std::int32_t cell, double blur) {

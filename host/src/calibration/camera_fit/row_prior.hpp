@@ -61,6 +61,7 @@ class RowPrior {
   double total_ = 1;
   std::vector<CameraTransport::Column> columns_;
   std::vector<Term> terms_;
+  std::vector<CellRows::Entry> edges_;                        // cells that an edge may show to a pixel
   std::vector<std::pair<std::int32_t, std::size_t>> placed_;  ///< single cells and their columns, sorted
 };
 
