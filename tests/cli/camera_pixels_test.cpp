@@ -5,9 +5,11 @@
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/tensor/file.hpp"
+#include "unit/report/page_reader.hpp"
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -69,6 +71,36 @@ TEST_F(CameraPixels, are_in_the_scene_and_in_its_pictures) {
                 .code,
             0);
   EXPECT_EQ(read_image(path("view.pfm"))->grid(), (Grid{16, 8}));
+}
+
+// Pictures and errors of the page are theirs, and the numbers are those of capture and evaluate.
+TEST_F(CameraPixels, are_in_the_report) {
+  ASSERT_EQ(captured("scene.h5", {"--json", "c.json"}).code, 0);
+  ASSERT_EQ(symrig({"evaluate", "scene.h5", "--rig", kFine, "--json", "e.json"}).code, 0);
+  const Outcome made = symrig({"report", "scene.h5", "-o", "report.html"});
+  ASSERT_EQ(made.code, 0) << made.err;
+  const PageReader page(read_text(path("report.html")));
+  std::map<std::string, double> numbers;
+  for (const Tag& data : page.named("data")) numbers[data.get("data-from")] = std::stod(data.get("value"));
+  const nlohmann::json captured = json("c.json"), evaluated = json("e.json");
+  for (const char* key : {"/frobenius", "/indirect", "/flood", "/relight/bar", "/bar_indirect"}) {
+    const std::string estimated = std::string("/camera/estimated_error") + key;
+    EXPECT_EQ(numbers.at("capture:" + estimated), captured.at(nlohmann::json::json_pointer(estimated)));
+    for (const std::string at : {"/camera/error", "/error"}) {
+      const double value = evaluated.at(nlohmann::json::json_pointer(at + key));
+      EXPECT_NEAR(numbers.at("evaluate:" + at + key), value, 1e-6 * value) << at << key;
+    }
+  }
+  const auto pictures = page.named("img");
+  EXPECT_TRUE(std::ranges::any_of(
+      pictures, [](const Tag& img) { return img.get("alt") == "chi-square of each pixel"; }));
+  // The sides of a PNG are in its bytes 16 to 23: characters 20 to 31 of base 64 begin with byte 15.
+  const std::string head = "data:image/png;base64,";
+  const auto wide = std::ranges::count_if(pictures, [&](const Tag& img) {
+    return img.get("src").substr(head.size() + 20, 12) ==
+           "UgAAAEwAAABM";  // R, then 76 twice in four bytes each
+  });
+  EXPECT_EQ(wide, 3 + 1 + 3 + 3 + 3);  // the top, chi-square, flood-lit, bar and letters, less their lights
 }
 
 TEST_F(CameraPixels, are_not_in_an_exported_page) {

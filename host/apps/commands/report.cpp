@@ -5,6 +5,7 @@
 #include "output.hpp"
 #include "program.hpp"
 #include "rig.hpp"
+#include "symrig/job/evaluation.hpp"
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
@@ -34,10 +35,14 @@ void add_truth(const StoredScene& scene, ReportOptions& options) {
   const bool fits = (*truth)->grid() == scene.tensor.camera_grid() &&
                     (*truth)->grid() == scene.tensor.projector_grid() &&
                     (*truth)->channels() == scene.tensor.channels();
-  if (fits)
-    options.truth = truth_of(*truth);
-  else
+  if (!fits) {
     options.no_truth = fmt::format("The file states the rig {}, but its grid or its channels differ.", rig);
+    return;
+  }
+  options.truth = truth_of(*truth);
+  const auto uri = parse_scene_uri(rig);
+  if (!uri) return;
+  if (const auto bench = bench_truth(*uri); bench && *bench) options.truth = **bench;
 }
 
 Result<void> run(const ReportArguments& arguments) {
@@ -46,12 +51,13 @@ Result<void> run(const ReportArguments& arguments) {
                    .writes("-o", arguments.output, FileFormat::page)
                    .check());
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory, .camera = false}));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
   Meter meter("report", "sections");
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
                         .progress = meter.progress(),
                         .made = made_now()};
   add_truth(scene, options);
+  SYMRIG_TRY(options.own_pixels, own_pixels_shown(scene, meter.progress()));
   SYMRIG_TRY(const std::string page, html_report(scene, options));
   SYMRIG_CHECK(write_text(arguments.output, page));
   if (is_standard_output(arguments.output)) return {};

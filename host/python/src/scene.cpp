@@ -210,7 +210,10 @@ std::string report_page(const StoredScene& scene, const std::string& title, py::
   ReportOptions options;
   options.title = title;
   options.progress = caller.progress();
-  return caller.run([&] { return html_report(scene, options); });
+  return caller.run([&]() -> Result<std::string> {
+    SYMRIG_TRY(options.own_pixels, own_pixels_shown(scene, options.progress));
+    return html_report(scene, options);
+  });
 }
 
 Shared stopped(const StoredScene& scene, int level) {

@@ -4,6 +4,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/calibration/camera_errors.hpp"
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/job/relight.hpp"
 #include "symrig/job/rig_by_name.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -97,6 +98,41 @@ Result<Judged> judge_by_truth(const TransportOperator& tensor, const std::string
   if (!bench) return Judged{std::move(ideal), rig};
   SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, told(*bench, progress)));
   return Judged{std::move(errors), rig, std::move(ideal)};
+}
+
+namespace {
+
+/// The pictures where samples count, and 0 elsewhere.
+TrueTransport masked(TrueTransport picture_of, std::vector<char> counted) {
+  return [picture_of = std::move(picture_of),
+          counted = std::move(counted)](const Image<float>& light) -> Result<Image<float>> {
+    SYMRIG_TRY(Image<float> picture, picture_of(light));
+    for (std::size_t i = 0; i < counted.size(); ++i)
+      if (counted[i] == 0) picture.values()[i] = 0;
+    return picture;
+  };
+}
+
+}  // namespace
+
+Result<std::optional<OwnPixelsShown>> own_pixels_shown(const StoredScene& scene, const Progress& progress) {
+  if (scene.camera == nullptr) return std::optional<OwnPixelsShown>();
+  SYMRIG_TRY(Relighter made, Relighter::begin(scene.camera));
+  const auto relighter = std::make_shared<const Relighter>(std::move(made));
+  OwnPixelsShown shown{[relighter](const Image<float>& light) { return relighter->relight(light); }};
+  const std::string rig = captured_scene(scene);
+  if (!is_simulated(rig)) return std::optional(std::move(shown));
+  auto errors = judge_camera_by_truth(*scene.camera, rig, progress);
+  if (!errors && errors.error().code == ErrorCode::interrupted) return std::move(errors).error();
+  if (!errors) return std::optional(std::move(shown));
+  shown.errors = *std::move(errors);
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(const auto truth, camera_truth(uri));
+  // Pixels that see something beside the cells have a row, but the cells' light is not all that they see.
+  const SeenCells seen(*scene.camera, truth->corners);
+  shown.truth = masked(truth->photograph, seen.counted());
+  shown.relit = masked(std::move(shown.relit), seen.counted());
+  return std::optional(std::move(shown));
 }
 
 TrueTransport true_transport_of(const StoredScene& scene) {

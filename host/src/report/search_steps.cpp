@@ -97,7 +97,7 @@ Stage finished(const CaptureFacts& facts, const std::vector<Stage>& before) {
   if (!before.empty()) stage.patterns = sourced_difference(stage.by_then, before.back().by_then);
   stage.rig_seconds = count_at(facts, "/rig_seconds");
   stage.error = count_at(facts, "/estimated_error/frobenius");
-  if (stage.error) stage.uncertainty = uncertainty_at(facts, "/frobenius");
+  if (stage.error) stage.uncertainty = uncertainty_at(facts, "", "/frobenius");
   return stage;
 }
 
@@ -120,8 +120,9 @@ std::optional<Sourced> count_at(const CaptureFacts& facts, const std::string& pa
   return Sourced{*value, path};
 }
 
-std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& path) {
-  return count_at(facts, "/estimated_error_uncertainty" + path);
+std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& at,
+                                      const std::string& path) {
+  return count_at(facts, at + "/estimated_error_uncertainty" + path);
 }
 
 std::vector<Stage> stages_of(const CaptureFacts& facts) {

@@ -3,6 +3,7 @@
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/sections.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/report/summary.hpp"
 
 #include <algorithm>
@@ -36,56 +37,76 @@ constexpr std::array<ErrorKind, 7> kErrorKinds{
      {"relight, natural", "/relight/natural", &TransportErrors::relight_natural, "a smooth textured picture"},
      {"bar, indirect", "/bar_indirect", &TransportErrors::bar_indirect, "the bar's light outside the bar"}}};
 
-std::optional<Sourced> estimate_of(const Context& context, const ErrorKind& kind) {
-  return count_at(context.facts, std::string("/estimated_error") + kind.path);
+/// The errors of T on one kind of pixels.
+struct ErrorsOn {
+  const CaptureFacts& facts;
+  std::string at;                         ///< JSON pointer of the capture's estimates: "" or "/camera"
+  std::optional<TransportErrors> errors;  ///< against the truth
+  std::string caption, file;
+
+  std::optional<Sourced> estimate(const ErrorKind& kind) const {
+    return count_at(facts, at + "/estimated_error" + kind.path);
+  }
+  /// Of the estimate, if it is in the file.
+  std::optional<Sourced> uncertainty(const ErrorKind& kind) const {
+    return uncertainty_at(facts, at, kind.path);
+  }
+  /// The reason that the capture gives, if it gives one.
+  std::string why_not_given(const ErrorKind& kind) const {
+    std::string key = std::string(kind.path).substr(1);
+    std::replace(key.begin(), key.end(), '/', '.');
+    const auto why = facts.text((at + "/estimated_error_not_given/" + key).c_str());
+    return why ? "not given: " + *why : "not known";
+  }
+  bool estimated() const {
+    return std::ranges::any_of(kErrorKinds,
+                               [&](const ErrorKind& kind) { return estimate(kind).has_value(); });
+  }
+};
+
+ErrorsOn on_cells(const Context& context) {
+  return {context.facts, "", context.errors,
+          context.has_own_pixels() ? "Errors on the projector's cells" : "Errors", "errors"};
 }
 
-/// The uncertainty of the estimate, if it is in the file.
-std::optional<Sourced> uncertainty_of(const Context& context, const ErrorKind& kind) {
-  return uncertainty_at(context.facts, kind.path);
+ErrorsOn on_own_pixels(const Context& context) {
+  const auto& errors = context.options.own_pixels->errors;
+  return {context.facts, "/camera", errors ? std::optional(errors->value) : std::nullopt,
+          "Errors on the camera's own pixels", "camera-errors"};
 }
 
-/// The reason that the capture gives, if it gives one.
-std::string why_not_given(const Context& context, const ErrorKind& kind) {
-  std::string key = std::string(kind.path).substr(1);
-  std::replace(key.begin(), key.end(), '/', '.');
-  const auto why = context.facts.text(("/estimated_error_not_given/" + key).c_str());
-  return why ? "not given: " + *why : "not known";
-}
-
-std::string estimate_cell(const Context& context, const ErrorKind& kind) {
-  const auto uncertainty = uncertainty_of(context, kind);
-  const std::string estimate = sourced_text(estimate_of(context, kind), percent);
-  if (estimate.empty()) return escape(why_not_given(context, kind));
+std::string estimate_cell(const ErrorsOn& on, const ErrorKind& kind) {
+  const auto uncertainty = on.uncertainty(kind);
+  const std::string estimate = sourced_text(on.estimate(kind), percent);
+  if (estimate.empty()) return escape(on.why_not_given(kind));
   return uncertainty ? estimate + " ± " + sourced_text(uncertainty, percent) : estimate;
 }
 
 bool estimated(const Context& context) {
-  return std::ranges::any_of(kErrorKinds,
-                             [&](const ErrorKind& kind) { return estimate_of(context, kind).has_value(); });
+  return on_cells(context).estimated();
 }
 
-std::string error_table(const Context& context) {
-  const bool estimates = estimated(context);
+std::string error_table(const Context& context, const ErrorsOn& on) {
+  const bool estimates = on.estimated();
   std::vector<std::string> head{"error"};
   if (estimates) head.emplace_back("estimated by the capture");
-  if (context.errors) head.emplace_back("against the truth");
+  if (on.errors) head.emplace_back("against the truth");
   head.emplace_back("meaning");
   std::vector<std::vector<std::string>> rows;
   Csv csv({"error", "estimated", "uncertainty", "against_truth"});
   for (const ErrorKind& kind : kErrorKinds) {
     std::vector<std::string> row{escape(kind.name)};
-    if (estimates) row.push_back(estimate_cell(context, kind));
-    const double truth = context.errors ? (*context.errors).*kind.truth : 0;
-    if (context.errors)
-      row.push_back(number(truth, std::string("evaluate:/error") + kind.path, percent(truth)));
+    if (estimates) row.push_back(estimate_cell(on, kind));
+    const double truth = on.errors ? (*on.errors).*kind.truth : 0;
+    if (on.errors) row.push_back(number(truth, "evaluate:" + on.at + "/error" + kind.path, percent(truth)));
     row.emplace_back(kind.meaning);
     rows.push_back(std::move(row));
-    csv.add({kind.name, exact_or_empty(estimate_of(context, kind)),
-             exact_or_empty(uncertainty_of(context, kind)), context.errors ? exact(truth) : std::string()});
+    csv.add({kind.name, exact_or_empty(on.estimate(kind)), exact_or_empty(on.uncertainty(kind)),
+             on.errors ? exact(truth) : std::string()});
   }
-  return number_table_html("Errors", head, rows, Last::words) +
-         save_row(csv.link(context.file("errors"), "errors"));
+  const std::string heading = context.has_own_pixels() ? "<h3>" + escape(on.caption) + "</h3>\n" : "";
+  return heading + number_table_html(on.caption, head, rows, Last::words) +
+         save_row(csv.link(context.file(on.file), "errors"));
 }
 
 std::string intro(const Context& context) {
@@ -101,7 +122,49 @@ std::string intro(const Context& context) {
   else
     text +=
         fmt::format(" The true transport of this scene is not known. {}", escape(context.options.no_truth));
+  if (context.has_own_pixels())
+    text +=
+        " The pictures of this page are on the camera's own pixels. Its levels, slices and held-out "
+        "photographs are on the projector's cells.";
   return paragraph(text);
+}
+
+/// Where the rows of the camera's pixels do not explain the photographs. Empty if the file does not tell it.
+std::string chi_square_map(const Context& context) {
+  const Image<float> chi_square = context.scene.camera->chi_square();
+  if (chi_square.empty()) return {};
+  constexpr float kBrightest = 9;
+  Image<float> map(chi_square.grid());
+  std::vector<float> known;
+  for (int c = 0; c < chi_square.channels(); ++c)
+    for (std::size_t i = 0; i < map.values().size(); ++i) {
+      const float one = chi_square.plane(c)[i];
+      map.values()[i] = std::max(map.values()[i], one);
+      if (one > 0) known.push_back(one);
+    }
+  if (known.empty()) return {};
+  const auto above = std::ranges::count_if(known, [](float one) { return one > kBrightest; });
+  const std::string caption = fmt::format(
+      "<b>Chi-square of each pixel.</b> Mean of (photograph − row · light)² / variance over the held-out "
+      "photographs. About 1: the row is as good as the photographs. Median: {}. More than {}: {} of the "
+      "pixels. There the light comes from elsewhere than the cells foretell, or the scene has moved. 0: the "
+      "pixel has no row.",
+      short_number(median(known)), short_number(kBrightest),
+      percent(static_cast<double>(above) / static_cast<double>(known.size())));
+  return row_of({figure(false_colour(shrunk(map, kPictureSide), kBrightest),
+                        {.alt = "chi-square of each pixel",
+                         .caption_html = caption,
+                         .scale_html = colour_scale("0", short_number(kBrightest) + " and more"),
+                         .file = context.file("chi-square"),
+                         .values = &map})},
+                420);
+}
+
+/// The camera's own pixels first: the pictures of the page are theirs.
+std::string error_tables(const Context& context) {
+  if (!context.has_own_pixels()) return error_table(context, on_cells(context));
+  return error_table(context, on_own_pixels(context)) + chi_square_map(context) +
+         error_table(context, on_cells(context));
 }
 
 }  // namespace
@@ -109,7 +172,7 @@ std::string intro(const Context& context) {
 std::string errors_section(const Context& context) {
   if (context.errors || estimated(context))
     return section("errors", "Errors of the tensor",
-                   intro(context) + error_table(context) + error_curves(context));
+                   intro(context) + error_tables(context) + error_curves(context));
   std::string text =
       fmt::format("The true transport of this scene is not known. {}", escape(context.options.no_truth));
   if (context.scene.held_out.empty())

@@ -17,7 +17,7 @@ namespace symrig::report {
 
 namespace {
 
-/// The tensor's picture under one light, and the truth if it is known.
+/// The picture under one light, and the truth if it is known.
 struct Relit {
   Image<float> light;
   Image<float> predicted;
@@ -27,6 +27,15 @@ struct Relit {
 };
 
 Result<Relit> relight(const Context& context, Image<float> light) {
+  SYMRIG_TRY(Image<float> predicted, context.picture(light));
+  Relit relit{std::move(light), std::move(predicted), std::nullopt};
+  if (!context.true_picture()) return relit;
+  SYMRIG_TRY(relit.truth, context.true_picture()(relit.light));
+  return relit;
+}
+
+/// The same on the projector's cells.
+Result<Relit> relight_cells(const Context& context, Image<float> light) {
   SYMRIG_TRY(Image<float> predicted, context.tensor().apply(light));
   Relit relit{std::move(light), std::move(predicted), std::nullopt};
   if (!context.has_truth()) return relit;
@@ -79,17 +88,18 @@ float white_outside(const Relit& relit) {
   return white_level(outside);
 }
 
-/// The bar again, exposed for the pixels that only indirect light reaches. "Outside" is known on a coaxial
-/// rig only.
-std::string indirect_row(const Context& context, const Relit& bar) {
-  if (context.tensor().camera_grid() != context.tensor().projector_grid()) return {};
+/// The bar again, exposed for the pixels that only indirect light reaches. "Outside" is known on the cells of
+/// a coaxial rig only.
+Result<std::string> indirect_row(const Context& context) {
+  if (context.tensor().camera_grid() != context.tensor().projector_grid()) return std::string();
+  SYMRIG_TRY(const Relit bar, relight_cells(context, bar_pattern(context.tensor().projector_grid())));
   const float white = white_outside(bar);
   const float direct = white_level(bar.best());
-  if (!(white > 1e-4F * direct)) return {};
+  if (!(white > 1e-4F * direct)) return std::string();
   std::string html = paragraph(fmt::format(
-      "The same bar, exposed {:.0f}× longer. Only light that bounced at least twice arrives outside "
+      "The same bar{}, exposed {:.0f}× longer. Only light that bounced at least twice arrives outside "
       "the bar. The bar itself is overexposed.",
-      direct / white));
+      context.has_own_pixels() ? " on the projector's cells" : "", direct / white));
   std::vector<std::string> figures{relit_figure(bar.predicted, white, "relit, exposed for indirect light",
                                                 "Relit from the tensor.", context.file("bar-indirect"))};
   if (bar.truth)
@@ -117,8 +127,9 @@ Result<std::string> compared(const Context& context) {
   const Grid projector = context.tensor().projector_grid();
   SYMRIG_TRY(std::string html, flood_row(context));
   SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
+  SYMRIG_TRY(const std::string indirect, indirect_row(context));
   html += "<h3>A vertical bar</h3>" + relit_row(context, bar, white_level(bar.best()), "a vertical bar") +
-          indirect_row(context, bar);
+          indirect;
   SYMRIG_TRY(const Relit letters, relight(context, letters_pattern(projector)));
   return html + "<h3>Letters</h3>" + relit_row(context, letters, white_level(letters.best()), "letters");
 }
@@ -128,8 +139,7 @@ Result<std::string> more_lights(const Context& context) {
   constexpr unsigned kSeed = 9;
   const Grid projector = context.tensor().projector_grid();
   SYMRIG_TRY(const Relit natural, relight(context, natural_pattern(projector, kSeed)));
-  SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
-  const std::string indirect = indirect_row(context, bar);
+  SYMRIG_TRY(const std::string indirect, indirect_row(context));
   return "<h3>A smooth picture</h3>" +
          relit_row(context, natural, white_level(natural.best()), "a smooth picture") +
          (indirect.empty() ? indirect : "<h3>A vertical bar</h3>" + indirect);
@@ -148,12 +158,12 @@ double relative_error(const Image<float>& estimate, const Image<float>& truth) {
 }
 
 Result<std::string> lights_section(const Context& context) {
-  SYMRIG_TRY(const std::string html, context.has_truth() ? compared(context) : more_lights(context));
+  const bool known = static_cast<bool>(context.true_picture());
+  SYMRIG_TRY(const std::string html, known ? compared(context) : more_lights(context));
   const std::string intro =
-      context.has_truth()
-          ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
-            "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
-          : "The scene under new light, computed from the tensor.";
+      known ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
+              "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
+            : "The scene under new light, computed from the tensor.";
   return section("lights", "Under new light", paragraph(intro) + html);
 }
 

@@ -60,8 +60,25 @@ std::string photographs_tiles(const Context& context) {
                      "of mean white: rms error of the worst held-out photograph");
 }
 
+/// The same of the camera's own pixels.
+std::string own_error_tiles(const Context& context) {
+  if (const auto& errors = context.options.own_pixels->errors)
+    return tile(number(errors->value.frobenius, "evaluate:/camera/error/frobenius",
+                       percent(errors->value.frobenius)),
+                "error of T on the camera's pixels (relative, Frobenius), against the truth") +
+           tile(number(errors->value.indirect, "evaluate:/camera/error/indirect",
+                       percent(errors->value.indirect)),
+                "error of the indirect light alone, against the truth");
+  const auto estimate = count_at(context.facts, "/camera/estimated_error/frobenius");
+  return estimate
+             ? tile(sourced_text(estimate, percent),
+                    "error of T on the camera's pixels (relative, Frobenius), as the capture estimated it")
+             : std::string();
+}
+
 /// The main error: against the truth if that is known, else as the capture estimated it.
 std::string error_tiles(const Context& context) {
+  if (context.has_own_pixels()) return own_error_tiles(context);
   if (context.errors)
     return tile(number(context.errors->frobenius, "evaluate:/error/frobenius",
                        percent(context.errors->frobenius)),
@@ -83,7 +100,7 @@ std::string stop_tile(const CaptureFacts& facts) {
 
 Result<std::string> shown(const Context& context, const Image<float>& light, const std::string& name,
                           const std::string& caption) {
-  SYMRIG_TRY(const Image<float> seen, context.tensor().apply(light));
+  SYMRIG_TRY(const Image<float> seen, context.picture(light));
   const float white = white_level(seen);
   return figure(
       photograph(shrunk(seen, kPictureSide), white),
@@ -111,6 +128,9 @@ std::string headline(const Context& context) {
   std::string text = escape(fmt::format("Light transport from a {} projector to a {} camera, {} channel{}",
                                         to_string(tensor.projector_grid()), to_string(tensor.camera_grid()),
                                         tensor.channels(), tensor.channels() == 1 ? "" : "s"));
+  if (context.scene.camera)
+    text += escape(fmt::format("; pictures of the camera's own {} pixels",
+                               to_string(context.scene.camera->camera_grid())));
   if (const auto scene = context.facts.text("/scene")) text += "; scene " + breakable(*scene);
   if (const auto algorithm = context.facts.text("/algorithm")) text += "; algorithm " + breakable(*algorithm);
   return fmt::format("<h1>{}</h1>\n<p class=\"lead\">{}.</p>\n", breakable(context.options.title), text);

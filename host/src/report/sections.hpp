@@ -35,8 +35,9 @@ struct Stage {
 std::vector<Stage> stages_of(const CaptureFacts& facts);
 inline constexpr std::size_t kMostStages = 100;
 
-/// The uncertainty of an estimated error. path: "/frobenius", as below /estimated_error.
-std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& path);
+/// The uncertainty of an estimated error. at: "" or "/camera". path: "/frobenius", as below /estimated_error.
+std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& at,
+                                      const std::string& path);
 
 /// A valid number ≥ 0 of the file.
 std::optional<Sourced> count_at(const CaptureFacts& facts, const std::string& path);
@@ -53,6 +54,15 @@ struct Context {
 
   const TransportTensor& tensor() const { return scene.tensor; }
   bool has_truth() const { return static_cast<bool>(options.truth); }
+  bool has_own_pixels() const { return options.own_pixels.has_value(); }
+  /// The picture of a light, on the finest pixels that the scene has; and what it should be, if that is
+  /// known.
+  Result<Image<float>> picture(const Image<float>& light) const {
+    return has_own_pixels() ? options.own_pixels->relit(light) : tensor().apply(light);
+  }
+  const TrueTransport& true_picture() const {
+    return has_own_pixels() ? options.own_pixels->truth : options.truth;
+  }
   /// The name of a saved file: "scene-flood-lit".
   std::string file(std::string_view what) const { return stem + "-" + std::string(what); }
 };

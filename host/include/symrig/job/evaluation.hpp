@@ -7,6 +7,7 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/calibration/registered_probe.hpp"
+#include "symrig/report/html_report.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/camera_transport.hpp"
 #include "symrig/tensor/file.hpp"
@@ -48,6 +49,10 @@ Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const
 /// registration than that of the capture).
 Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
                                           const Progress& progress);
+
+/// What a report shows of the camera's own pixels, beside the truth if the scene was captured from a
+/// simulated bench; nothing if it has none. progress: as judge_by_truth. fails: interrupted.
+Result<std::optional<OwnPixelsShown>> own_pixels_shown(const StoredScene& scene, const Progress& progress);
 
 /// Compares with photographs that the scene file has kept, one result each.
 /// fails: size_mismatch.
