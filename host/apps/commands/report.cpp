@@ -84,7 +84,8 @@ Job add_report(CLI::App& command) {
           "The page shows pictures under new light, a slice of T, the leaves of each level, errors, and "
           "the cost. Beside\n"
           "the pictures it shows the truth (of a simulated scene) or held-out photographs (of a fitted "
-          "scene). It is one\n"
+          "scene). Pictures are on the camera's own pixels if the scene has them, with the chi-square of "
+          "each pixel. It is one\n"
           "HTML file that loads nothing else and runs no script.\n"
           "\n") +
       kExitCodes);

@@ -42,13 +42,13 @@ struct LightErrors {
   double aside() const { return std::sqrt(error_aside / light_aside); }
 };
 
-/// A pixel whose outline, with a margin, is on the cells: whether it sees a lit one. Nothing: it is not.
-inline std::optional<bool> lit(const Outline& outline, const Pattern& pattern) {
-  constexpr double kMargin = 0.04;
+/// A pixel whose outline, with a margin [cells], is on the cells: whether it sees a lit one. Nothing: it is
+/// not.
+inline std::optional<bool> lit(const Outline& outline, const Pattern& pattern, double margin = 0.04) {
   double top = 1e9, left = 1e9, bottom = -1e9, right = -1e9;
   for (const Point& p : outline) {
-    top = std::min(top, p.row - kMargin), bottom = std::max(bottom, p.row + kMargin);
-    left = std::min(left, p.col - kMargin), right = std::max(right, p.col + kMargin);
+    top = std::min(top, p.row - margin), bottom = std::max(bottom, p.row + margin);
+    left = std::min(left, p.col - margin), right = std::max(right, p.col + margin);
   }
   const Grid grid = pattern.grid();
   if (top < 0 || left < 0 || bottom >= grid.rows || right >= grid.cols) return {};

@@ -314,6 +314,7 @@ void CameraFitter::search(const Channel& channel, const Strip& strip, const Pixe
   worst.resize(std::min(worst.size(),
                         static_cast<std::size_t>(kMostSearched * static_cast<double>(pixels.pixel.size()))));
   std::vector<std::pair<std::int32_t, std::int32_t>> found;
+  found.reserve(worst.size());
   for (const auto& [misfit, pixel] : worst) found.emplace_back(best[strip.index(pixel)].cell, pixel);
   const PixelsOfCells searched = sorted_by_cell(std::move(found));
   Rows rows = fit_rows(channel, strip, searched, &PixelFitter::fit_and_search);
@@ -357,6 +358,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
   search(channel, strip, pixels, best);
 
   std::vector<std::pair<std::int32_t, std::int32_t>> chosen;
+  chosen.reserve(pixels.pixel.size());
   for (const std::int32_t pixel : pixels.pixel) chosen.emplace_back(best[strip.index(pixel)].cell, pixel);
   pixels = sorted_by_cell(std::move(chosen));
   std::vector<PackedRows> groups(pixels.cell.size());

@@ -188,8 +188,7 @@ void CellRows::list_partners() {
       pairs.emplace_back(one.cell, c);
     }
   std::ranges::sort(pairs);
-  const auto same = std::ranges::unique(pairs);
-  pairs.erase(same.begin(), same.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   partner_first_.assign(std::size_t{1} + cells, 0);
   for (const auto& [cell, partner] : pairs) {
     ++partner_first_[cell + 1];

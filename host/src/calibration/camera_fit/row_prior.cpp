@@ -106,8 +106,8 @@ void RowPrior::add_edges(std::int32_t cell) {
   std::ranges::sort(edges_, [](const Entry& a, const Entry& b) {
     return std::pair(a.cell, b.value) < std::pair(b.cell, a.value);
   });
-  const auto same = std::ranges::unique(edges_, {}, &Entry::cell);
-  edges_.erase(same.begin(), same.end());
+  const auto same = [](const Entry& a, const Entry& b) { return a.cell == b.cell; };
+  edges_.erase(std::unique(edges_.begin(), edges_.end(), same), edges_.end());
   std::ranges::sort(edges_, [](const Entry& a, const Entry& b) {
     return std::pair(b.value, a.cell) < std::pair(a.value, b.cell);
   });
