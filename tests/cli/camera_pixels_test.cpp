@@ -163,6 +163,24 @@ TEST_F(CameraPixels, are_left_out_when_asked_and_missed_without_a_log) {
   EXPECT_NE(brute.out.find("measures T without symmetry"), std::string::npos) << brute.out << brute.err;
 }
 
+// A time that is too short leaves the cells and the log, and the same photographs give the pixels later.
+TEST_F(CameraPixels, wait_for_more_seconds) {
+  const Outcome late = captured("scene.h5", {"--fit-seconds", "1e-9", "--json", "c.json"});
+  ASSERT_EQ(late.code, 0) << late.err;
+  EXPECT_NE(late.out.find("the fit needs more than 1e-09 s"), std::string::npos) << late.out;
+  EXPECT_TRUE(json("c.json").at("camera").is_null());
+  EXPECT_EQ(load_scene(path("scene.h5"))->camera, nullptr);
+  ASSERT_TRUE(std::filesystem::exists(path("scene.h5.log")));
+  const Outcome more = captured("scene.h5", {"--fit-seconds", "600", "--resume", "--json", "d.json"});
+  ASSERT_EQ(more.code, 0) << more.err;
+  EXPECT_FALSE(json("d.json").at("camera").is_null());
+  EXPECT_EQ(json("d.json").at("replayed"), json("d.json").at("patterns"));
+  EXPECT_FALSE(std::filesystem::exists(path("scene.h5.log")));
+  const Outcome none = captured("other.h5", {"--fit-seconds", "0"});
+  EXPECT_EQ(none.code, 2);
+  EXPECT_NE(none.err.find("allows no fit"), std::string::npos) << none.err;
+}
+
 Result<CaptureOutcome> run(const std::string& registration, const std::string& output, bool resume,
                            bool stop_at_fit) {
   SYMRIG_TRY(OpenedRig rig, open_rig(kFine, registration, {}));

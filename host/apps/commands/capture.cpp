@@ -30,7 +30,7 @@ namespace {
 
 struct CaptureArguments {
   std::string rig, registration, output, json, memory, algorithm = std::string(algorithm_names().front());
-  std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
+  std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds, fit_seconds;
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
@@ -171,6 +171,7 @@ CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std
           .json = arguments.json,
           .options = std::move(options),
           .cells_only = arguments.cells,
+          .fit_seconds = arguments.fit_seconds,
           .check_axis = arguments.check_axis,
           .made = made_now,
           .watch = watch};
@@ -346,6 +347,11 @@ Job add_capture(CLI::App& command) {
       ->type_name("N");
   command.add_flag("--cells", arguments->cells,
                    "Leave out the camera's own pixels, of a registered camera with more than the projector");
+  command
+      .add_option("--fit-seconds", arguments->fit_seconds,
+                  "Most computing time for these; if it is too little, the log stays, and --resume goes on "
+                  "(default: no limit)")
+      ->type_name("S");
   add_memory(command, arguments->memory);
   command.add_flag("--watch", arguments->watch,
                    "Serve a page that shows the capture while it runs, and its scene afterwards, until "

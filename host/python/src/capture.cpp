@@ -64,6 +64,7 @@ CaptureJob job_of(const std::string& output, const py::dict& options) {
           .memory = given<std::int64_t>(options, "memory").value_or(0),
           .options = options_of(options),
           .cells_only = flag(options, "cells"),
+          .fit_seconds = given<double>(options, "fit_seconds"),
           .check_axis = flag(options, "check_axis"),
           .made = made_in_python};
 }

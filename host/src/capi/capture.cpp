@@ -60,11 +60,13 @@ struct CaptureKey {
   TakeValue take;
 };
 
-/// A number of the options, or a budget.
+/// A number of the options or of the job, or a budget.
 template <auto Member>
 constexpr TakeValue kNumber = [](std::string_view key, std::string_view value, CaptureDraft& draft) {
   if constexpr (std::is_invocable_v<decltype(Member), CaptureOptions&>)
     return take_number(key, value, draft.job.options.*Member);
+  else if constexpr (std::is_invocable_v<decltype(Member), CaptureJob&>)
+    return take_number(key, value, draft.job.*Member);
   else
     return take_number(key, value, draft.budgets.*Member);
 };
@@ -111,7 +113,8 @@ constexpr std::array kCaptureKeys{
     CaptureKey{"log", &take_log},
     CaptureKey{"resume", kSwitch<&LogOptions::resume>},
     CaptureKey{"keep_log", kSwitch<&LogOptions::keep>},
-    CaptureKey{"cells", kSwitch<&CaptureJob::cells_only>}};
+    CaptureKey{"cells", kSwitch<&CaptureJob::cells_only>},
+    CaptureKey{"fit_seconds", kNumber<&CaptureJob::fit_seconds>}};
 
 const CaptureKey* capture_key(std::string_view name) {
   const auto* const found = std::find_if(kCaptureKeys.begin(), kCaptureKeys.end(),

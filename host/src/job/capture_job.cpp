@@ -252,12 +252,22 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
 }
 
 /// Adds T on the camera's own pixels, if the camera has some. The scene on the cells stays if that fails, so
-/// that is no reason to fail.
+/// that is no reason to fail. late: becomes true if the job's time for it was too little.
 Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const PhotographLog* log,
-                            CaptureOutcome& outcome) {
+                            CaptureOutcome& outcome, bool& late) {
   if (!wants_own_pixels(job, rig) || !outcome.summary.camera_missing.empty()) return {};
-  Result<void> fitted = guarded([&] { return fit_to(job, rig, *log, outcome); });
+  CaptureJob limited = job;
+  limited.options.progress = [&, watch = Stopwatch()](const ProgressEvent& event) {
+    late = job.fit_seconds && watch.seconds() > *job.fit_seconds;
+    return !late && (!job.options.progress || job.options.progress(event));
+  };
+  Result<void> fitted = guarded([&] { return fit_to(limited, rig, *log, outcome); });
   if (fitted) return {};
+  if (late) {
+    outcome.summary.camera_missing = fmt::format(
+        "the fit needs more than {} s; the log is kept: resume with more seconds", *job.fit_seconds);
+    return {};
+  }
   if (fitted.error().code != ErrorCode::interrupted) {
     outcome.summary.camera_missing = fitted.error().what;
     return {};
@@ -268,7 +278,7 @@ Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const P
 }
 
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
-                                        OpenedRig& rig, PhotographLog* log) {
+                                        OpenedRig& rig, PhotographLog* log, bool& fit_was_late) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
   if (job.accept) SYMRIG_CHECK(job.accept(outcome.result));
   if (wants_own_pixels(job, rig))
@@ -279,7 +289,7 @@ Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSett
   };
   SYMRIG_CHECK(write());
   const bool missing = !outcome.summary.camera_missing.empty();
-  SYMRIG_CHECK(fit_own_pixels(job, rig, log, outcome));
+  SYMRIG_CHECK(fit_own_pixels(job, rig, log, outcome, fit_was_late));
   if (outcome.camera || !outcome.summary.camera_missing.empty() != missing) {
     outcome.summary.total_seconds = job.watch.seconds();
     outcome.summary.peak_memory_bytes = peak_memory();
@@ -336,6 +346,9 @@ Result<void> check_budgets(const GivenBudgets& given) {
 }
 
 Result<CaptureSettings> check_job(const CaptureJob& job) {
+  if (job.fit_seconds && !(*job.fit_seconds > 0))
+    return Error{ErrorCode::bad_argument, fmt::format("fit_seconds {} allows no fit", *job.fit_seconds),
+                 "give seconds above 0, or ask for cells"};
   SYMRIG_TRY(CaptureSettings settings, settings_of(job.options));
   SYMRIG_CHECK(CaptureLog::check(job.output, log_options(job)));
   return settings;
@@ -405,15 +418,16 @@ Result<CaptureOutcome> run_exposed(const CaptureJob& job, OpenedRig& rig) {
   const MemoryScope scope({memory, least, scratch_folder(job)});
   const LogIdentity identity = identity_of(job, rig, settings, keeping);
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, identity));
+  bool fit_was_late = false;
   Result<CaptureOutcome> outcome =
-      guarded([&] { return measure_and_save(checked, settings, rig, log.log()); });
+      guarded([&] { return measure_and_save(checked, settings, rig, log.log(), fit_was_late); });
   // The first photographs of a rig that must be changed are of no use later, nor are those that nothing but a
   // look at the rig can judge: it may be mended before the capture goes on. Those of a whole search stay:
   // only a person can tell what they are worth (--unchecked).
   if (!outcome && (misaligned || wrong || (!searches && outcome.error().code == ErrorCode::wrong_light)))
     return log.useless(outcome.error());
   if (!outcome) return log.broken_off(outcome.error());
-  SYMRIG_CHECK(log.finished());
+  if (!fit_was_late) SYMRIG_CHECK(log.finished());
   return outcome;
 }
 

@@ -78,9 +78,12 @@ struct CaptureJob {
   /// the output. Only time depends on it, but for the camera's own pixels: if they need more, they are left
   /// out.
   std::int64_t memory = 0;
-  std::string json = {};            ///< file of the capture's facts (capture_json); empty: none
-  CaptureOptions options = {};      ///< its member `log` is set by the job
-  bool cells_only = false;          ///< leave out the camera's own pixels
+  std::string json = {};        ///< file of the capture's facts (capture_json); empty: none
+  CaptureOptions options = {};  ///< its member `log` is set by the job
+  bool cells_only = false;      ///< leave out the camera's own pixels
+  /// Most computing time [s] for the camera's own pixels; none: no limit. If it is too little, the scene has
+  /// cells only, and the log stays, so that a later job goes on with it.
+  std::optional<double> fit_seconds = {};
   bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
   std::function<Made()> made = {};  ///< date, version and command; empty: not recorded
   SeePhotographs see = {};          ///< may be empty
