@@ -207,6 +207,28 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CameraFitOf,
                            return name;
                          });
 
+// A map that is off changes which cell foretells a pixel, and where its own light comes from. The photographs
+// tell the rest.
+TEST(CameraFit, needs_no_exact_map) {
+  const Bench bench = captured("gummy", 24);
+  const auto error_of = [&](double off) {
+    Registration moved = *bench.registration;
+    for (CameraMap& map : moved.maps) map = map.shifted([off](Point) { return Point{off, off}; });
+    const auto fit = fit_camera(bench.tensor, moved, *bench.log);
+    EXPECT_TRUE(fit.ok());
+    return compared(bench, *fit).camera;
+  };
+  const LightErrors right = error_of(0);
+  // Ten times what a capture allows, and forty times. Of the light of a pixel's own cell, a map that is off
+  // by a fifth of a cell gives a fifth to another one, before any photograph.
+  const LightErrors ten = error_of(0.05), forty = error_of(0.2);
+  EXPECT_LE(ten.aside(), 1.3 * right.aside());
+  EXPECT_LE(ten.all(), 1.25 * right.all());
+  EXPECT_LE(forty.aside(), 1.3 * right.aside());
+  EXPECT_LE(forty.all(), 0.2 * 0.2);
+  EXPECT_GT(forty.all(), right.all());
+}
+
 // What held-out photographs tell, against the truth: 95 % of the intervals hold it. Of 56 such intervals,
 // 6 or more miss it in one of 16 draws.
 TEST(CameraErrors, are_what_the_estimate_says) {
