@@ -349,7 +349,8 @@ Job add_capture(CLI::App& command) {
                    "Leave out the camera's own pixels, of a registered camera with more than the projector");
   command
       .add_option("--fit-seconds", arguments->fit_seconds,
-                  "Most computing time for these; if it is too little, the log stays, and --resume goes on "
+                  "Most seconds that the computer takes for these; if it is too little, the log stays, and "
+                  "--resume goes on "
                   "(default: no limit)")
       ->type_name("S");
   add_memory(command, arguments->memory);

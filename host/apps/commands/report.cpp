@@ -22,29 +22,6 @@ struct ReportArguments {
   std::string scene, output, memory;
 };
 
-/// Adds the truth if the file states a simulated rig. If the truth cannot be opened, the page states why it
-/// compares nothing.
-void add_truth(const StoredScene& scene, ReportOptions& options) {
-  const std::string rig = captured_scene(scene);
-  if (!is_simulated(rig)) return;
-  const auto truth = open_truth(rig);
-  if (!truth) {
-    options.no_truth = truth.error().what + ".";
-    return;
-  }
-  const bool fits = (*truth)->grid() == scene.tensor.camera_grid() &&
-                    (*truth)->grid() == scene.tensor.projector_grid() &&
-                    (*truth)->channels() == scene.tensor.channels();
-  if (!fits) {
-    options.no_truth = fmt::format("The file states the rig {}, but its grid or its channels differ.", rig);
-    return;
-  }
-  options.truth = truth_of(*truth);
-  const auto uri = parse_scene_uri(rig);
-  if (!uri) return;
-  if (const auto bench = bench_truth(*uri); bench && *bench) options.truth = **bench;
-}
-
 Result<void> run(const ReportArguments& arguments) {
   SYMRIG_CHECK(JobFiles()
                    .reads("the scene", arguments.scene)
@@ -56,8 +33,7 @@ Result<void> run(const ReportArguments& arguments) {
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
                         .progress = meter.progress(),
                         .made = made_now()};
-  add_truth(scene, options);
-  SYMRIG_TRY(options.own_pixels, own_pixels_shown(scene, meter.progress()));
+  SYMRIG_CHECK(add_truths(scene, options));
   SYMRIG_TRY(const std::string page, html_report(scene, options));
   SYMRIG_CHECK(write_text(arguments.output, page));
   if (is_standard_output(arguments.output)) return {};

@@ -211,7 +211,7 @@ std::string report_page(const StoredScene& scene, const std::string& title, py::
   options.title = title;
   options.progress = caller.progress();
   return caller.run([&]() -> Result<std::string> {
-    SYMRIG_TRY(options.own_pixels, own_pixels_shown(scene, options.progress));
+    SYMRIG_CHECK(add_truths(scene, options));
     return html_report(scene, options);
   });
 }

@@ -164,7 +164,7 @@ def capture(
         keep_log: do not delete the log at the end.
         cells: leave out the camera's own pixels (Scene.camera). They need a registered camera with more pixels than
             the projector has cells, an output and its log.
-        fit_seconds: most computing time for these; if it is too little, the log stays, and resume goes on.
+        fit_seconds: most seconds that the computer takes for these; if it is too little, the log stays, and resume goes on.
         progress: called with a Progress after each photograph, or the few that a rig takes together, and after each
             step of computing work, until the scene is written. If it returns False, the capture stops there.
         watch: serve the page of `symrig capture --watch`: True at a free port of 127.0.0.1, or the number of a port.

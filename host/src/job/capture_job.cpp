@@ -244,6 +244,7 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
                estimate_camera_errors(fit, SeenCells(fit, registration.corners()), log, result.held_out_at,
                                       result.noise_check, job.options.progress));
     fit.set_chi_square(errors.chi_square);
+    facts.bytes = fit.bytes();
     facts.errors = std::move(errors.estimate);
   }
   outcome.camera = std::make_shared<const CameraTransport>(std::move(fit));
@@ -258,12 +259,12 @@ Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const P
   if (!wants_own_pixels(job, rig) || !outcome.summary.camera_missing.empty()) return {};
   CaptureJob limited = job;
   limited.options.progress = [&, watch = Stopwatch()](const ProgressEvent& event) {
-    late = job.fit_seconds && watch.seconds() > *job.fit_seconds;
+    late = late || (job.fit_seconds && watch.seconds() > *job.fit_seconds);
     return !late && (!job.options.progress || job.options.progress(event));
   };
   Result<void> fitted = guarded([&] { return fit_to(limited, rig, *log, outcome); });
   if (fitted) return {};
-  if (late) {
+  if (late && fitted.error().code == ErrorCode::interrupted) {
     outcome.summary.camera_missing = fmt::format(
         "the fit needs more than {} s; the log is kept: resume with more seconds", *job.fit_seconds);
     return {};

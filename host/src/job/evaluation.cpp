@@ -54,19 +54,33 @@ class SplitMosaic final : public ForwardingProbe {
 
 }  // namespace
 
-Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const std::string& rig,
-                                            const Progress& progress) {
+namespace {
+
+/// Of the rig that the camera was captured from.
+Result<CameraTruth> truth_of_camera(const CameraTransport& camera, const std::string& rig) {
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
-  SYMRIG_TRY(const auto truth, camera_truth(uri));
+  SYMRIG_TRY(auto truth, camera_truth(uri));
   if (!truth) return other_camera(camera, camera.projector_grid());
   const Grid corners = truth->corners.front().grid(), pixels{corners.rows - 1, corners.cols - 1};
   if (pixels != camera.camera_grid()) return other_camera(camera, pixels);
-  const SeenCells seen(camera, truth->corners);
+  return *std::move(truth);
+}
+
+Result<ErrorEstimate> judge_camera(const CameraTransport& camera, const CameraTruth& truth,
+                                   const SeenCells& seen, const Progress& progress) {
   EvaluateOptions options;
   options.seen = [&seen](const Image<float>* lit) {
     return lit == nullptr ? seen.counted() : seen.dark(*lit);
   };
-  return measure_errors(camera, told(truth->photograph, progress), options);
+  return measure_errors(camera, told(truth.photograph, progress), options);
+}
+
+}  // namespace
+
+Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const std::string& rig,
+                                            const Progress& progress) {
+  SYMRIG_TRY(const CameraTruth truth, truth_of_camera(camera, rig));
+  return judge_camera(camera, truth, SeenCells(camera, truth.corners), progress);
 }
 
 Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
@@ -115,24 +129,54 @@ TrueTransport masked(TrueTransport picture_of, std::vector<char> counted) {
 
 }  // namespace
 
-Result<std::optional<OwnPixelsShown>> own_pixels_shown(const StoredScene& scene, const Progress& progress) {
-  if (scene.camera == nullptr) return std::optional<OwnPixelsShown>();
-  SYMRIG_TRY(Relighter made, Relighter::begin(scene.camera));
+namespace {
+
+Result<OwnPixelsShown> own_pixels_shown(const std::shared_ptr<const CameraTransport>& camera) {
+  SYMRIG_TRY(Relighter made, Relighter::begin(camera));
   const auto relighter = std::make_shared<const Relighter>(std::move(made));
-  OwnPixelsShown shown{[relighter](const Image<float>& light) { return relighter->relight(light); }};
-  const std::string rig = captured_scene(scene);
-  if (!is_simulated(rig)) return std::optional(std::move(shown));
-  auto errors = judge_camera_by_truth(*scene.camera, rig, progress);
-  if (!errors && errors.error().code == ErrorCode::interrupted) return std::move(errors).error();
-  if (!errors) return std::optional(std::move(shown));
-  shown.errors = *std::move(errors);
-  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
-  SYMRIG_TRY(const auto truth, camera_truth(uri));
-  // Pixels that see something beside the cells have a row, but the cells' light is not all that they see.
-  const SeenCells seen(*scene.camera, truth->corners);
-  shown.truth = masked(truth->photograph, seen.counted());
+  return OwnPixelsShown{[relighter](const Image<float>& light) { return relighter->relight(light); }};
+}
+
+/// Pixels that see something beside the cells have a row, but the cells' light is not all that they see.
+Result<void> add_truth(const CameraTransport& camera, const std::string& rig, const Progress& progress,
+                       OwnPixelsShown& shown) {
+  SYMRIG_TRY(const CameraTruth truth, truth_of_camera(camera, rig));
+  const SeenCells seen(camera, truth.corners);
+  SYMRIG_TRY(shown.errors, judge_camera(camera, truth, seen, progress));
+  shown.truth = masked(truth.photograph, seen.counted());
   shown.relit = masked(std::move(shown.relit), seen.counted());
-  return std::optional(std::move(shown));
+  return {};
+}
+
+/// The truth on the cells: of a bench, through its exact map.
+Result<TrueTransport> truth_on_cells(const StoredScene& scene, const std::string& rig) {
+  SYMRIG_TRY(const std::shared_ptr<const Scene> truth, open_truth(rig));
+  if (!check_same(scene.tensor, truth->grid(), truth->channels()))
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("The file states the rig {}, but its grid or its channels differ", rig), ""};
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(const auto bench, bench_truth(uri));
+  return bench ? *bench : truth_of(truth);
+}
+
+}  // namespace
+
+Result<void> add_truths(const StoredScene& scene, ReportOptions& options) {
+  if (scene.camera) {
+    SYMRIG_TRY(options.own_pixels, own_pixels_shown(scene.camera));
+  }
+  const std::string rig = captured_scene(scene);
+  if (!is_simulated(rig)) return {};
+  if (auto truth = truth_on_cells(scene, rig))
+    options.truth = *std::move(truth);
+  else
+    options.no_truth = truth.error().what + ".";
+  if (!scene.camera) return {};
+  Result<void> added = add_truth(*scene.camera, rig, options.progress, *options.own_pixels);
+  if (added) return {};
+  if (added.error().code == ErrorCode::interrupted) return added;
+  if (options.no_truth.empty()) options.no_truth = added.error().what + ".";
+  return {};
 }
 
 TrueTransport true_transport_of(const StoredScene& scene) {

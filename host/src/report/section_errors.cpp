@@ -113,7 +113,7 @@ std::string intro(const Context& context) {
   std::string text =
       "Each error is ‖estimate − truth‖ / ‖truth‖. There are several, because each of them hides some "
       "faults.";
-  if (estimated(context))
+  if (estimated(context) || (context.has_own_pixels() && on_own_pixels(context).estimated()))
     text +=
         " The capture estimates them from photographs that it held out: this is all that a real rig can "
         "tell.";
@@ -137,18 +137,17 @@ std::string chi_square_map(const Context& context) {
   Image<float> map(chi_square.grid());
   std::vector<float> known;
   for (int c = 0; c < chi_square.channels(); ++c)
-    for (std::size_t i = 0; i < map.values().size(); ++i) {
-      const float one = chi_square.plane(c)[i];
-      map.values()[i] = std::max(map.values()[i], one);
-      if (one > 0) known.push_back(one);
-    }
+    for (std::size_t i = 0; i < map.values().size(); ++i)
+      map.values()[i] = std::max(map.values()[i], chi_square.plane(c)[i]);
+  std::ranges::copy_if(map.values(), std::back_inserter(known), [](float one) { return one > 0; });
   if (known.empty()) return {};
   const auto above = std::ranges::count_if(known, [](float one) { return one > kBrightest; });
   const std::string caption = fmt::format(
       "<b>Chi-square of each pixel.</b> Mean of (photograph − row · light)² / variance over the held-out "
       "photographs. About 1: the row is as good as the photographs. Median: {}. More than {}: {} of the "
-      "pixels. There the light comes from elsewhere than the cells foretell, or the scene has moved. 0: the "
-      "pixel has no row.",
+      "pixels. There the light comes from elsewhere than the cells foretell, or the scene has moved. 0: no "
+      "row, or no "
+      "photograph tells it.",
       short_number(median(known)), short_number(kBrightest),
       percent(static_cast<double>(above) / static_cast<double>(known.size())));
   return row_of({figure(false_colour(shrunk(map, kPictureSide), kBrightest),
@@ -170,7 +169,9 @@ std::string error_tables(const Context& context) {
 }  // namespace
 
 std::string errors_section(const Context& context) {
-  if (context.errors || estimated(context))
+  const bool own =
+      context.has_own_pixels() && (context.options.own_pixels->errors || on_own_pixels(context).estimated());
+  if (context.errors || estimated(context) || own)
     return section("errors", "Errors of the tensor",
                    intro(context) + error_tables(context) + error_curves(context));
   std::string text =

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <cstddef>
 #include <string_view>
@@ -178,9 +179,11 @@ Image<float> CameraTransport::chi_square() const {
 }
 
 void CameraTransport::set_chi_square(std::span<const float> values) {
-  constexpr float kMost = 65504;  // of a half
+  constexpr float kLeast = 0x1p-24F, kMost = 65504;  // of a half; 0 is: not known
+  assert(std::ssize(values) == rows());
   parts_.chi_square.clear();
-  for (const float value : values) parts_.chi_square.push_back(tensor::to_half(std::min(value, kMost)));
+  for (const float value : values)
+    parts_.chi_square.push_back(tensor::to_half(value > 0 ? std::clamp(value, kLeast, kMost) : 0));
 }
 
 /// vᵀ p of every column of the bases, [columns × Lights].

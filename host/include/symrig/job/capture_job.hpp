@@ -81,8 +81,8 @@ struct CaptureJob {
   std::string json = {};        ///< file of the capture's facts (capture_json); empty: none
   CaptureOptions options = {};  ///< its member `log` is set by the job
   bool cells_only = false;      ///< leave out the camera's own pixels
-  /// Most computing time [s] for the camera's own pixels; none: no limit. If it is too little, the scene has
-  /// cells only, and the log stays, so that a later job goes on with it.
+  /// Most time [s] that the computer takes for the camera's own pixels; none: no limit. If it is too little,
+  /// the scene has cells only, and the log stays, so that a later job goes on with it.
   std::optional<double> fit_seconds = {};
   bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
   std::function<Made()> made = {};  ///< date, version and command; empty: not recorded

@@ -50,9 +50,10 @@ Result<ErrorEstimate> judge_camera_by_truth(const CameraTransport& camera, const
 Result<ErrorEstimate> judge_camera_by_rig(const CameraTransport& camera, RegisteredProbe& rig,
                                           const Progress& progress);
 
-/// What a report shows of the camera's own pixels, beside the truth if the scene was captured from a
-/// simulated bench; nothing if it has none. progress: as judge_by_truth. fails: interrupted.
-Result<std::optional<OwnPixelsShown>> own_pixels_shown(const StoredScene& scene, const Progress& progress);
+/// What a report shows beside the tensor: the camera's own pixels, and the truth of both if the scene was
+/// captured from a simulated rig; or why there is none. options.progress: as judge_by_truth. fails:
+/// interrupted; unknown_name (a mosaic).
+Result<void> add_truths(const StoredScene& scene, ReportOptions& options);
 
 /// Compares with photographs that the scene file has kept, one result each.
 /// fails: size_mismatch.

@@ -26,16 +26,17 @@ struct LightBasis {
 /// T on the camera's own pixels: photograph = T · pattern, with more pixels in the photograph than cells in
 /// the pattern.
 ///
-/// The row of pixel i in cell c is Σ_k a_ik v_k. The v_k are the same for all pixels that look at cell c:
-/// columns of the bases of the leaves of T that hold row c, and single cells. The pixels of a cell are much
-/// alike but for their brightness, so a_ik = brightness_i · (middle_k + step_k · code_ik), with codes of 8
-/// bits. Thread-safe for reading.
+/// The row of pixel i in cell c is Σ_k a_ik v_k. The v_k are the same for all pixels that belong to cell c:
+/// it is the one that they look at, or one beside it that is more like them. They are columns of the bases of
+/// the leaves of T that hold row c, and single cells. The pixels of a cell are much alike but for their
+/// brightness, so a_ik = brightness_i · (middle_k + step_k · code_ik), with codes of 8 bits. Thread-safe for
+/// reading.
 class CameraTransport final : public TransportOperator {
  public:
   /// Number of a column: k ≥ 0 is column k of the bases, −1 − n is cell n (raster order).
   using Column = std::int32_t;
 
-  /// Pixels that look at one cell, in one channel. Groups lie one after the other in the arrays of Parts.
+  /// Pixels that belong to one cell, in one channel. Groups lie one after the other in the arrays of Parts.
   struct Group {
     std::int32_t channel = 0, columns = 0, pixels = 0;
   };

@@ -16,6 +16,7 @@
 #include <fmt/format.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace symrig {
 namespace {
@@ -54,9 +55,9 @@ struct Strip {
   std::size_t index(std::int32_t pixel) const { return pixel - std::size_t{1} * first_row * cols; }
 };
 
-/// The pixels of a strip that look at each cell, cell after cell.
+/// The pixels of a strip that belong to each cell, cell after cell.
 struct PixelsOfCells {
-  std::vector<std::int32_t> cell;   ///< those that any pixel looks at
+  std::vector<std::int32_t> cell;   ///< those that any pixel belongs to
   std::vector<std::int64_t> first;  ///< of each of them in `pixel`; and the end
   std::vector<std::int32_t> pixel;
 
@@ -130,8 +131,9 @@ class CameraFitter {
   void show_bases(std::size_t from);
   Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
   using Rows = std::vector<FittedRow>;
+  PixelFitter fitter_of(const Channel& channel) const { return {channel.rows, shown_, channel.blur}; }
   Rows fit_rows(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
-                FittedRow (PixelFitter::*how)(const PixelLight&));
+                FittedRow (PixelFitter::*how)(const PixelLight&), std::span<const double> to_beat = {});
   void try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels, Rows& best);
   void search(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels, Rows& best);
   PackedRows packed(PixelFitter& fitter, const Strip& strip, std::span<const std::int32_t> pixels,
@@ -255,13 +257,15 @@ Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<floa
   return seen;
 }
 
-/// In the order of pixels.pixel.
+/// In the order of pixels.pixel. to_beat: a misfit for each pixel of the strip; rows that are no better are
+/// empty.
 CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& strip,
                                           const PixelsOfCells& pixels,
-                                          FittedRow (PixelFitter::*how)(const PixelLight&)) {
+                                          FittedRow (PixelFitter::*how)(const PixelLight&),
+                                          std::span<const double> to_beat) {
   const int cols = registration_.cells.cols;
   Rows rows(pixels.pixel.size());
-  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, shown_, channel.blur);
+  tbb::enumerable_thread_specific<PixelFitter> fitters([&] { return fitter_of(channel); });
   tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
     const std::int32_t cell = pixels.cell[g];
     PixelFitter& fitter = fitters.local();
@@ -272,10 +276,9 @@ CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& s
       const Outline outline = outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols);
       rows[k] = (fitter.*how)({calibration::footprint_of(outline, cell / cols, cell % cols, channel.blur),
                                flood_[at], seen_.mean_of(at), seen_.weight_of(at)});
+      if (!to_beat.empty() && !(rows[k].misfit < to_beat[at])) rows[k] = {};
+      work_.add(fitter.operations());
     }
-    const std::size_t columns = fitter.columns().size();
-    work_.add((pixels.first[g + 1] - pixels.first[g]) *
-              static_cast<std::int64_t>(columns * columns * photographs_ / 2));
   });
   return rows;
 }
@@ -285,9 +288,12 @@ CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& s
 void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
                                   Rows& best) {
   const Grid cells = registration_.cells;
+  std::vector<double> to_beat(strip.pixels());
   std::vector<std::pair<std::int32_t, std::int32_t>> found;
   for (const std::int32_t pixel : pixels.pixel) {
-    if (!(best[strip.index(pixel)].misfit > kDoubtful)) continue;
+    const double misfit = best[strip.index(pixel)].misfit;
+    if (!(misfit > kDoubtful)) continue;
+    to_beat[strip.index(pixel)] = kBetter * misfit;
     const Point at = middle_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols));
     const int row = static_cast<int>(at.row), col = static_cast<int>(at.col);
     const int other_row = at.row - row < 0.5 ? row - 1 : row + 1;
@@ -296,14 +302,15 @@ void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, co
       if (y >= 0 && x >= 0 && y < cells.rows && x < cells.cols) found.emplace_back(y * cells.cols + x, pixel);
   }
   const PixelsOfCells others = sorted_by_cell(std::move(found));
-  Rows rows = fit_rows(channel, strip, others, &PixelFitter::fit);
+  Rows rows = fit_rows(channel, strip, others, &PixelFitter::fit, to_beat);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     FittedRow& row = best[strip.index(others.pixel[k])];
-    if (rows[k].misfit < kBetter * row.misfit) row = std::move(rows[k]);
+    if (!rows[k].row.empty() && rows[k].misfit < row.misfit) row = std::move(rows[k]);
   }
 }
 
-/// The pixels whose photographs the cells explain worst: at most a small share, because a search takes long.
+/// The pixels whose photographs the cells explain worst: at most a small share of those of the strip, because
+/// a search takes long.
 void CameraFitter::search(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
                           Rows& best) {
   std::vector<std::pair<double, std::int32_t>> worst;
@@ -351,6 +358,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
     return !options_.mosaic || options_.mosaic->at(row, col) == channel.number;
   };
   PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
+  seen_ = {};  // before the next is there
   SYMRIG_TRY(seen_, see(channel.number, strip, flood_));
   Rows best(strip.pixels()), rows = fit_rows(channel, strip, pixels, &PixelFitter::fit);
   for (std::size_t k = 0; k < rows.size(); ++k) best[strip.index(pixels.pixel[k])] = std::move(rows[k]);
@@ -362,7 +370,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
   for (const std::int32_t pixel : pixels.pixel) chosen.emplace_back(best[strip.index(pixel)].cell, pixel);
   pixels = sorted_by_cell(std::move(chosen));
   std::vector<PackedRows> groups(pixels.cell.size());
-  tbb::enumerable_thread_specific<PixelFitter> fitters(channel.rows, shown_, channel.blur);
+  tbb::enumerable_thread_specific<PixelFitter> fitters([&] { return fitter_of(channel); });
   tbb::parallel_for(std::size_t{0}, pixels.cell.size(), [&](std::size_t g) {
     PixelFitter& fitter = fitters.local();
     fitter.begin(pixels.cell[g]);
@@ -379,6 +387,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
     append(parts_.codes, group.codes);
   }
   parts_.pixels.insert(parts_.pixels.end(), pixels.pixel.begin(), pixels.pixel.end());
+  seen_ = {};
   return {};
 }
 
@@ -438,7 +447,8 @@ ExposureGoal goal_of_pixels(const ExposureGoal& goal, double noise_share) {
 std::int64_t camera_fit_bytes(const TransportTensor& tensor, Grid camera, std::int64_t photographs) {
   // Of a row: its codes, while an array grows, and its number. Of a column of a cell: with its numbers.
   constexpr std::int64_t kFloat = 4, kColumns = 80, kRow = 2 * kColumns + 40, kColumn = 12;
-  constexpr std::int64_t kCell = 400;    // T on the cells, row by row
+  constexpr std::int64_t kCell = 800;    // T on the cells, row by row, and partners
+  constexpr std::int64_t kFitted = 200;  // columns of a cell before they are packed, usually
   std::int64_t columns = 0, values = 0;  // a leaf and its mirror image
   for (const Leaf& leaf : tensor.leaves()) {
     columns += std::int64_t{2} * leaf.rank * tensor.channels();
@@ -447,7 +457,12 @@ std::int64_t camera_fit_bytes(const TransportTensor& tensor, Grid camera, std::i
   const std::int64_t cells = tensor.projector_grid().size(), channels = tensor.channels();
   const std::int64_t shown = (cells + columns) * photographs * kFloat;
   const std::int64_t seen = std::int64_t{kLogStripRows} * camera.cols * photographs * 2 * kFloat;
-  return shown + seen + 2 * values * kFloat + camera.size() * channels * kRow +
+  // Of each pixel of a strip its row, one with other columns, and the packed one. Of each thread its
+  // equations.
+  const std::int64_t fitted = std::int64_t{kLogStripRows} * camera.cols * 3 * kFitted * kFloat;
+  const std::int64_t equations = tbb::this_task_arena::max_concurrency() * (2 * photographs + 2 * kFitted) *
+                                 kFitted * std::int64_t{sizeof(double)};
+  return shown + seen + fitted + equations + 2 * values * kFloat + camera.size() * channels * kRow +
          2 * cells * channels * (kColumns * kColumn + kCell);
 }
 

@@ -137,7 +137,7 @@ void CellRows::sum_rows(std::span<const std::int32_t> order, std::span<const flo
   std::vector<std::vector<Entry>> strong(cells);
   tbb::enumerable_thread_specific<std::vector<float>> rows;
   tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t c) {
-    work.look();
+    work.add(static_cast<std::int64_t>(cells));
     std::vector<float>& row = rows.local();  // in tree order
     row.assign(cells, 0);
     const auto cell = static_cast<std::int32_t>(c);

@@ -27,6 +27,7 @@ constexpr std::size_t kMostCandidates = 4096;
 void PixelFitter::begin(std::int32_t cell) {
   cell_ = cell;
   candidates_.clear();
+  listed_ = false;
   prior_.begin(cell, blur_);
   const auto& columns = prior_.columns();
   x_.resize(static_cast<Index>(shown_.photographs), static_cast<Index>(columns.size()));
@@ -67,9 +68,11 @@ void PixelFitter::weigh(const PixelLight& pixel) {
     least_(k) = bounded ? std::min(-foretold_(k) / sigma_(k), 0.0) : -std::numeric_limits<double>::infinity();
   }
   found_.clear();
+  operations_ = 0;
 }
 
 void PixelFitter::solve() {
+  operations_ += weighted_.cols() * weighted_.cols() * weighted_.rows() / 2;
   normal_.setIdentity(weighted_.cols(), weighted_.cols());
   normal_.selfadjointView<Eigen::Lower>().rankUpdate(weighted_.transpose());
   right_.noalias() = weighted_.transpose() * rest_;
@@ -114,7 +117,8 @@ void PixelFitter::list_candidates() {
     for (int y = std::max(row - ring, 0); y <= std::min(row + ring, grid.rows - 1); ++y)
       for (int x = std::max(col - ring, 0); x <= std::min(col + ring, grid.cols - 1); ++x)
         if (std::max(std::abs(y - row), std::abs(x - col)) == ring)
-          for (const std::int32_t partner : rows_.partners(y * grid.cols + x)) add_spot(partner);
+          for (const std::int32_t partner : rows_.partners(y * grid.cols + x))
+            if (candidates_.size() < kMostCandidates) add_spot(partner);
 }
 
 /// The candidate whose light, of any strength, would lower the sum most; −1: none by least_gain.
@@ -153,8 +157,11 @@ FittedRow PixelFitter::fit_and_search(const PixelLight& pixel) {
   weigh(pixel);
   solve();
   FittedRow plain = fitted();
-  if (candidates_.empty()) list_candidates();
+  if (!(pixel.flood > 0)) return plain;
+  if (!listed_) list_candidates();
+  listed_ = true;
   while (found_.size() < kMostFound) {
+    operations_ += std::ssize(candidates_) * x_.rows();
     const std::int32_t cell = best_cell(std::max(kGain, kGainShare * misfit_ * photographs_));
     if (cell < 0) break;
     add_column(cell, pixel.flood);

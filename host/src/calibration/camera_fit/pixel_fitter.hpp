@@ -59,6 +59,8 @@ class PixelFitter {
   /// The same, and searches for light that nothing foretells, if a few cells explain nearly all that the row
   /// does not.
   FittedRow fit_and_search(const PixelLight& pixel);
+  /// That the last pixel took, for Work.
+  std::int64_t operations() const { return operations_; }
 
  private:
   void weigh(const PixelLight& pixel);
@@ -75,6 +77,8 @@ class PixelFitter {
   BoundedLeastSquares solver_;
   std::int32_t cell_ = 0;
   std::vector<std::int32_t> candidates_, found_;
+  bool listed_ = false;
+  std::int64_t operations_ = 0;
   double photographs_ = 0, misfit_ = 0;
   Eigen::MatrixXd x_, weighted_, normal_;
   Eigen::VectorXd foretold_, sigma_, root_, rest_, left_, right_, least_, d_;
