@@ -27,11 +27,11 @@ using calibration::PixelFitter;
 using calibration::PixelLight;
 using Column = CameraTransport::Column;
 
-constexpr double kDoubtful = 1.2;       ///< a misfit above may mean that a pixel belongs to the next cell
-constexpr double kBetter = 0.9;         ///< of the misfit in its own cell
-constexpr double kUnexplained = 2;      ///< a misfit above is searched for its cause
-constexpr double kMostSearched = 0.05;  ///< of the pixels
-constexpr double kLeastBlur = 0.03;     ///< [cells] no optics are sharper
+constexpr double kDoubtful = 1.2;   ///< a misfit above may mean that a pixel belongs to the next cell
+constexpr double kBetter = 0.9;     ///< of the misfit in its own cell
+constexpr double kUnexplained = 2;  ///< a misfit above is searched for its cause
+constexpr double kMostDoubtful = 0.05, kMostSearched = 0.05;  ///< of the pixels
+constexpr double kLeastBlur = 0.03;                           ///< [cells] no optics are sharper
 
 /// The photographs of one channel, [pixels × photographs].
 struct Seen {
@@ -132,6 +132,8 @@ class CameraFitter {
   Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
   using Rows = std::vector<FittedRow>;
   PixelFitter fitter_of(const Channel& channel) const { return {channel.rows, shown_, channel.blur}; }
+  static std::vector<std::int32_t> worst(const Strip& strip, const PixelsOfCells& pixels, const Rows& best,
+                                         double misfit, double share);
   Rows fit_rows(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
                 FittedRow (PixelFitter::*how)(const PixelLight&), std::span<const double> to_beat = {});
   void try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels, Rows& best);
@@ -283,6 +285,21 @@ CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& s
   return rows;
 }
 
+/// Pixels whose misfit is above this one: at most a share of those of the strip, because they take long.
+std::vector<std::int32_t> CameraFitter::worst(const Strip& strip, const PixelsOfCells& pixels,
+                                              const Rows& best, double misfit, double share) {
+  std::vector<std::pair<double, std::int32_t>> found;
+  for (const std::int32_t pixel : pixels.pixel)
+    if (best[strip.index(pixel)].misfit > misfit) found.emplace_back(-best[strip.index(pixel)].misfit, pixel);
+  std::ranges::sort(found);
+  const auto most = static_cast<std::size_t>(share * static_cast<double>(pixels.pixel.size()));
+  found.resize(std::min(found.size(), most));
+  std::vector<std::int32_t> numbers;
+  numbers.reserve(found.size());
+  for (const auto& [misfit_of_one, pixel] : found) numbers.push_back(pixel);
+  return numbers;
+}
+
 // A cell at the edge of an object is measured by the pixels on one side of the edge. Those on the other are
 // like the next cell, whose columns have their light. The photographs tell which pixels these are.
 void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
@@ -290,10 +307,8 @@ void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, co
   const Grid cells = registration_.cells;
   std::vector<double> to_beat(strip.pixels());
   std::vector<std::pair<std::int32_t, std::int32_t>> found;
-  for (const std::int32_t pixel : pixels.pixel) {
-    const double misfit = best[strip.index(pixel)].misfit;
-    if (!(misfit > kDoubtful)) continue;
-    to_beat[strip.index(pixel)] = kBetter * misfit;
+  for (const std::int32_t pixel : worst(strip, pixels, best, kDoubtful, kMostDoubtful)) {
+    to_beat[strip.index(pixel)] = kBetter * best[strip.index(pixel)].misfit;
     const Point at = middle_of(outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols));
     const int row = static_cast<int>(at.row), col = static_cast<int>(at.col);
     const int other_row = at.row - row < 0.5 ? row - 1 : row + 1;
@@ -309,20 +324,11 @@ void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, co
   }
 }
 
-/// The pixels whose photographs the cells explain worst: at most a small share of those of the strip, because
-/// a search takes long.
 void CameraFitter::search(const Channel& channel, const Strip& strip, const PixelsOfCells& pixels,
                           Rows& best) {
-  std::vector<std::pair<double, std::int32_t>> worst;
-  for (const std::int32_t pixel : pixels.pixel)
-    if (const double misfit = best[strip.index(pixel)].misfit; misfit > kUnexplained)
-      worst.emplace_back(-misfit, pixel);
-  std::ranges::sort(worst);
-  worst.resize(std::min(worst.size(),
-                        static_cast<std::size_t>(kMostSearched * static_cast<double>(pixels.pixel.size()))));
   std::vector<std::pair<std::int32_t, std::int32_t>> found;
-  found.reserve(worst.size());
-  for (const auto& [misfit, pixel] : worst) found.emplace_back(best[strip.index(pixel)].cell, pixel);
+  for (const std::int32_t pixel : worst(strip, pixels, best, kUnexplained, kMostSearched))
+    found.emplace_back(best[strip.index(pixel)].cell, pixel);
   const PixelsOfCells searched = sorted_by_cell(std::move(found));
   Rows rows = fit_rows(channel, strip, searched, &PixelFitter::fit_and_search);
   for (std::size_t k = 0; k < rows.size(); ++k) best[strip.index(searched.pixel[k])] = std::move(rows[k]);
