@@ -151,7 +151,7 @@ JOBS = [
 ]
 
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
-NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish --memory
+NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --fit-seconds --split --polish --memory
 --light --lights --format --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
 --compare --channel --grid --listen --plug --revision --port --max-mb --pair --secret --progress --explain""".split()
