@@ -37,7 +37,9 @@ def flat(errors, path=""):
 
 
 def errors_of(folder, capture):
-    return dict(flat(read(folder, f"{capture}-errors.json")["error"]))
+    """On the cells; and on the camera's own pixels, if it has any, as camera.NAME."""
+    said = read(folder, f"{capture}-errors.json")
+    return dict(flat(said["error"])) | dict(flat(said.get("camera", {}).get("error", {}), "camera."))
 
 
 def largest_of(draws):
