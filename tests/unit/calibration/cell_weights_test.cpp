@@ -206,6 +206,35 @@ TEST(CellWeights, invalid_pixels_are_left_out) {
   EXPECT_EQ(cells->mean.at(2, 2), 0);
 }
 
+// A highlight is clipped in one photograph: it is as bright as the others of its cell are, each by its
+// flood-lit light. If these differ, the cell is less certain.
+TEST(CellWeights, clipped_highlights_are_told_by_the_rest_of_the_cell) {
+  const Grid camera{24, 32};
+  const CornerMap corners = corners_of(camera, 4, 0, {});
+  Radiance flood = photograph(camera, 1, 1);
+  flood.mean.at(5, 6) = 20;
+  for (const auto weighting : {Weighting::area, Weighting::cores}) {
+    const CellWeights weights = weights_of(kCells, corners, flood, {weighting, 0});
+    Radiance lit = photograph(camera, 1, 0.25F);
+    lit.mean.at(5, 6) = 5;
+    const Radiance whole = *weights.gather(lit);
+    EXPECT_NEAR(whole.mean.at(1, 1), 0.25 * 35 / 16, 1e-6);
+    lit.valid.at(5, 6) = 0;
+    const Radiance even = *weights.gather(lit);
+    EXPECT_NEAR(even.mean.at(1, 1), whole.mean.at(1, 1), 1e-6);
+    // 15 pixels with a light of 15 stand for 35.
+    EXPECT_NEAR(even.variance.at(1, 1) / whole.variance.at(1, 1), 15.0 / 16 * 35 * 35 / 15 / 15, 1e-3);
+    // Half of the cell is dark, and the highlight is not.
+    for (int row = 4; row < 8; ++row) lit.mean.at(row, 4) = lit.mean.at(row, 7) = 0;
+    const Radiance half = *weights.gather(lit);
+    lit.valid.at(5, 6) = 1;
+    const double error = half.mean.at(1, 1) - weights.gather(lit)->mean.at(1, 1);
+    EXPECT_GT(std::abs(error), 0.1 * half.mean.at(1, 1));
+    EXPECT_LE(std::abs(error), 2 * std::sqrt(half.variance.at(1, 1)));
+    EXPECT_EQ(half.variance.at(3, 3), whole.variance.at(3, 3));
+  }
+}
+
 // Pixels that are dead in the flood-lit photograph never count.
 TEST(CellWeights, dead_pixels_of_the_flood_lit_photograph_do_not_count) {
   const Grid camera{24, 32};

@@ -85,10 +85,11 @@ class CellWeights {
   /// Of photographs: 1 if the camera has a colour mosaic.
   int camera_channels() const { return of_mosaic_ ? 1 : channels_; }
 
-  /// The photograph on the cells. Invalid pixels are left out. A cell without a valid pixel is not valid. The
-  /// variance is that of independent pixels, and of light whose cell is uncertain. Neighbouring cells share
-  /// pixels and their noise. With cores, superposition holds as far as the planes describe the light.
-  /// fails: size_mismatch.
+  /// The photograph on the cells. A pixel that is not valid, such as a clipped highlight, is taken for as
+  /// bright as the others of its cell, each by its flood-lit light. A cell without a valid pixel is not
+  /// valid. The variance is that of independent pixels, of light whose cell is uncertain, and of pixels that
+  /// are not valid, by how much the others differ. Neighbouring cells share pixels and their noise. With
+  /// cores, superposition holds as far as the planes describe the light. fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
   /// Divides all cells that the weights give by these values, one for each cell and above 0: the gain ratio.
@@ -124,6 +125,7 @@ class CellWeights {
     std::size_t rows = 0;               ///< index of its pixels
     std::vector<float> weight = {};     ///< of each pixel
     std::vector<float> reference = {};  ///< of each pixel: W, or 1
+    std::vector<float> light = {};      ///< of each pixel: W; 0: not known
     std::vector<float> scale = {};      ///< of each cell; 0: the camera does not see it
     std::vector<float> unit = {};       ///< of each cell: 1 / gain ratio; 0: the camera does not see it
     std::vector<float> noise = {};      ///< variance of each cell, by that of these weights
@@ -131,8 +133,17 @@ class CellWeights {
 
     double noise_share(std::size_t cell, std::size_t begin, std::size_t end) const;
   };
+  /// What the pixels of a cell that are not valid would add, by those that are.
+  struct Missing {
+    float factor = 1;     ///< on what the others show
+    float doubt = 0;      ///< variance, as Σ weight² variance
+    float reference = 0;  ///< as Σ weight reference
+  };
 
   CellWeights() = default;
+  static Missing missing(const Channel& channel, std::size_t begin, std::size_t end,
+                         std::span<const std::uint32_t> pixel, std::span<const float> mean,
+                         std::span<const std::uint8_t> valid);
   Radiance gather_sharp(const Radiance& photograph) const;
   Radiance unmix(const Radiance& photograph) const;
   Radiance gather_plain(const Radiance& photograph) const;

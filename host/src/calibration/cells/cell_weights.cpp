@@ -232,6 +232,34 @@ Result<CellWeights> CellWeights::unmixing(Grid cells, int channels, Point shift)
   return weights;
 }
 
+CellWeights::Missing CellWeights::missing(const Channel& channel, std::size_t begin, std::size_t end,
+                                          std::span<const std::uint32_t> pixel, std::span<const float> mean,
+                                          std::span<const std::uint8_t> valid) {
+  // Ratios y / W, weighted by weight · W.
+  float light = 0, known = 0, unknown = 0, reference = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const float w = channel.weight[k] * channel.light[k];
+    if (valid[pixel[k]])
+      known += w, light += w > 0 ? channel.weight[k] * mean[pixel[k]] : 0;
+    else if (w > 0)
+      unknown += w, reference += channel.weight[k] * channel.reference[k];
+  }
+  if (!(unknown > 0 && known > 0)) return {};
+  const float ratio = light / known;
+  float squares = 0;
+  std::size_t others = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const float w = channel.weight[k] * channel.light[k];
+    if (!(w > 0) || !valid[pixel[k]]) continue;
+    const float off = mean[pixel[k]] / channel.light[k] - ratio;
+    squares += w * off * off;
+    ++others;
+  }
+  // A single pixel says nothing of how much they differ.
+  const float spread = others > 1 ? squares / known : ratio * ratio;
+  return {1 + unknown / known, unknown * unknown * spread, reference};
+}
+
 Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
   Radiance cells{Image<float>(cells_, channels_), Image<float>(cells_, channels_),
                  Image<std::uint8_t>(cells_, channels_)};
@@ -248,18 +276,28 @@ Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, channel.scale.size(), 1024), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         float light = 0, reference = 0, noise = 0;
+        bool all = true;
         for (std::size_t k = rows.first[i]; k < rows.first[i + 1]; ++k) {
           const std::size_t pixel = rows.pixel[k];
-          if (!valid[pixel]) continue;
+          if (!valid[pixel]) {
+            all = false;
+            continue;
+          }
           const float w = channel.weight[k];
           light += w * mean[pixel];
           noise += w * w * variance[pixel];
           reference += w * channel.reference[k];
         }
         if (channel.scale[i] == 0 || !(reference > 0)) continue;
+        float doubt = 0;
+        if (!all) {
+          const Missing more = missing(channel, rows.first[i], rows.first[i + 1], rows.pixel, mean, valid);
+          light *= more.factor, noise *= more.factor * more.factor;
+          doubt = more.doubt, reference += more.reference;
+        }
         const float scale = channel.scale[i] / reference;
         to_mean[i] = scale * light;
-        to_variance[i] = scale * scale * noise * channel.noise[i] * blurred_noise_;
+        to_variance[i] = scale * scale * (noise * channel.noise[i] * blurred_noise_ + doubt);
         to_valid[i] = 1;
       }
     });

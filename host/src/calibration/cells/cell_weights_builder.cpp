@@ -160,6 +160,7 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
   std::vector<double> areas(cells());
   out.weight.reserve(rows.pixel.size());
   out.reference.reserve(rows.pixel.size());
+  out.light.reserve(rows.pixel.size());
   auto begin = parts.begin();
   for (std::uint32_t cell = 0; cell < cells(); ++cell) {
     const auto end = std::find_if(begin, parts.end(), [&](const Part& p) { return p.cell != cell; });
@@ -180,6 +181,8 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
     }
     begin = end;
   }
+  for (const std::uint32_t pixel : rows.pixel)
+    out.light.push_back(valid[pixel] ? std::max(light[pixel], 0.F) : 0.F);
   out.unit.resize(cells());
   std::ranges::transform(out.scale, out.unit.begin(), [](float s) { return s > 0 ? 1.F : 0.F; });
   if (options_.weighting == Weighting::cores)
