@@ -136,23 +136,28 @@ struct Compared {
   LightErrors camera, ideal;
 };
 
-/// Dots of one cell in 64: every pixel is dark in most of them.
-Compared compared(const Bench& bench, const CameraTransport& found) {
-  Compared sums;
+/// One cell in 64: every pixel is dark in most of them.
+std::vector<Pattern> dots(Grid grid) {
   Random random(7);
+  std::vector<Pattern> patterns(16, Pattern(grid));
+  for (Pattern& pattern : patterns)
+    for (float& v : pattern.values()) v = random.uniform() < 1.0 / 64 ? 1 : 0;
+  return patterns;
+}
+
+Compared compared(const Bench& bench, const CameraTransport& found, const std::vector<Pattern>& patterns) {
+  Compared sums;
   const CornerMap corners = bench.rig->exact_corners().front();
-  for (int k = 0; k < 16; ++k) {
-    Pattern dots(bench.rig->grid());
-    for (float& v : dots.values()) v = random.uniform() < 1.0 / 64 ? 1 : 0;
-    const Image<float> seen = *found.apply(dots), truth = bench.rig->ideal_photograph(dots);
+  for (const Pattern& pattern : patterns) {
+    const Image<float> seen = *found.apply(pattern), truth = bench.rig->ideal_photograph(pattern);
     const Grid camera = seen.grid();
     for (int y = 0; y < camera.rows; ++y)
       for (int x = 0; x < camera.cols; ++x)
-        if (const auto is_lit = lit(outline_of(corners, y, x), dots))
+        if (const auto is_lit = lit(outline_of(corners, y, x), pattern))
           sums.camera.add(seen.at(y, x), truth.at(y, x), *is_lit);
-    const Image<float> cells = *bench.on_ideal.apply(dots), ideal = bench.ideal->ideal_photograph(dots);
+    const Image<float> cells = *bench.on_ideal.apply(pattern), ideal = bench.ideal->ideal_photograph(pattern);
     for (std::size_t i = 0; i < cells.values().size(); ++i)
-      sums.ideal.add(cells.values()[i], ideal.values()[i], dots.values()[i] > 0);
+      sums.ideal.add(cells.values()[i], ideal.values()[i], pattern.values()[i] > 0);
   }
   return sums;
 }
@@ -163,7 +168,7 @@ TEST(CellRows, are_the_rows_of_the_tensor) {
   const TransportTensor tensor = capture(*rig, {})->tensor;
   std::vector<LightBasis> bases;
   std::vector<float> values;
-  const CellRows rows = *CellRows::make(tensor, 0, bases, values);
+  const CellRows rows = *CellRows::make(tensor, 0, {}, bases, values);
   const Image<float> flood = *tensor.apply(Pattern(rig->grid(), 1, 1.F));
   const float brightest = std::ranges::max(flood.values());
   for (std::int32_t c = 0; c < 17 * 13; ++c)
@@ -193,7 +198,7 @@ TEST_P(CameraFitOf, errs_little_more_than_the_ideal_rig) {
   const auto fit = fit_camera(bench.tensor, *bench.registration, *bench.log);
   ASSERT_TRUE(fit.ok()) << fit.error().line();
   EXPECT_GE(camera_fit_bytes(bench.tensor, bench.rig->camera_grid(), bench.log->size()), fit->bytes());
-  const Compared sums = compared(bench, *fit);
+  const Compared sums = compared(bench, *fit, dots(bench.rig->grid()));
   EXPECT_LE(sums.camera.aside(), bar * sums.ideal.aside());
   EXPECT_LE(sums.camera.all(), bar * sums.ideal.all());
   RecordProperty("aside", std::to_string(sums.camera.aside() / sums.ideal.aside()));
@@ -207,6 +212,28 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CameraFitOf,
                            return name;
                          });
 
+// Lines of pixels at the edge of an object are like the next cell, and a curved mirror shows a pixel other
+// cells than its neighbours. Without the choice of the cell the error is 1.4 times the ideal rig's here,
+// without the search 1.7 times.
+TEST(CameraFit, chooses_cells_and_searches_for_mirrored_ones) {
+  const Bench bench = captured("random", 32, 2);
+  const CameraTransport fit = *fit_camera(bench.tensor, *bench.registration, *bench.log);
+  const Compared sums = compared(bench, fit, dots(bench.rig->grid()));
+  RecordProperty("aside", std::to_string(sums.camera.aside() / sums.ideal.aside()));
+  EXPECT_LE(sums.camera.aside(), 1.3 * sums.ideal.aside());
+}
+
+// The camera misses a row of cells. T on the cells knows nothing of their own light, and pixels at the edge
+// see a part of it. Light from afar is not compared: there T on the cells is worse than on the ideal rig.
+TEST(CameraFit, knows_nothing_of_cells_that_the_camera_does_not_see) {
+  const Bench bench = captured("vgroove-textured", 16);
+  const Registration& registration = *bench.registration;
+  ASSERT_LT(registration.weights()->valid_cells(), registration.cells.size());
+  const CameraTransport fit = *fit_camera(bench.tensor, registration, *bench.log);
+  const Compared sums = compared(bench, fit, dots(bench.rig->grid()));
+  EXPECT_LE(sums.camera.all(), 1.3 * sums.ideal.all());
+}
+
 // A map that is off changes which cell foretells a pixel, and where its own light comes from. The photographs
 // tell the rest.
 TEST(CameraFit, needs_no_exact_map) {
@@ -216,7 +243,7 @@ TEST(CameraFit, needs_no_exact_map) {
     for (CameraMap& map : moved.maps) map = map.shifted([off](Point) { return Point{off, off}; });
     const auto fit = fit_camera(bench.tensor, moved, *bench.log);
     EXPECT_TRUE(fit.ok());
-    return compared(bench, *fit).camera;
+    return compared(bench, *fit, dots(bench.rig->grid())).camera;
   };
   const LightErrors right = error_of(0);
   // Ten times what a capture allows, and forty times. Of the light of a pixel's own cell, a map that is off

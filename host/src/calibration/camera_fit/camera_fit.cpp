@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <utility>
 #include <vector>
@@ -86,21 +87,6 @@ PixelsOfCells sorted_by_cell(std::vector<std::pair<std::int32_t, std::int32_t>> 
   return sorted;
 }
 
-/// sees: whether a pixel has a row in this channel.
-template <class Sees>
-PixelsOfCells pixels_of_cells(const CornerMap& corners, const Strip& strip, Grid cells, Sees&& sees) {
-  std::vector<std::pair<std::int32_t, std::int32_t>> found;
-  for (int row = strip.first_row; row < strip.first_row + strip.rows; ++row)
-    for (int col = 0; col < strip.cols; ++col) {
-      if (!sees(row, col)) continue;
-      const Point at = middle_of(outline_of(corners, row, col));
-      if (!(at.row >= 0 && at.col >= 0 && at.row < cells.rows && at.col < cells.cols)) continue;
-      found.emplace_back(static_cast<std::int32_t>(at.row) * cells.cols + static_cast<std::int32_t>(at.col),
-                         row * strip.cols + col);
-    }
-  return sorted_by_cell(std::move(found));
-}
-
 /// What the pixels of a channel share.
 struct Channel {
   int number = 0;
@@ -108,6 +94,37 @@ struct Channel {
   CornerMap corners;
   double blur = 0;  ///< as footprint_of()
 };
+
+/// The cell that a point lies in; the next one, if the camera does not see that; −1: there is none.
+std::int32_t cell_at(const CellRows& rows, const Point& at) {
+  const Grid cells = rows.grid();
+  if (!(at.row >= 0 && at.col >= 0 && at.row < cells.rows && at.col < cells.cols)) return -1;
+  const int row = static_cast<int>(at.row), col = static_cast<int>(at.col);
+  if (rows.seen(row * cells.cols + col)) return row * cells.cols + col;
+  std::int32_t nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (int y = std::max(row - 1, 0); y <= std::min(row + 1, cells.rows - 1); ++y)
+    for (int x = std::max(col - 1, 0); x <= std::min(col + 1, cells.cols - 1); ++x) {
+      const double away = std::hypot(at.row - y - 0.5, at.col - x - 0.5);
+      if (!rows.seen(y * cells.cols + x) || away >= least) continue;
+      least = away;
+      nearest = y * cells.cols + x;
+    }
+  return nearest;
+}
+
+/// sees: whether a pixel has a row in this channel.
+template <class Sees>
+PixelsOfCells pixels_of_cells(const Channel& channel, const Strip& strip, Sees&& sees) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> found;
+  for (int row = strip.first_row; row < strip.first_row + strip.rows; ++row)
+    for (int col = 0; col < strip.cols; ++col) {
+      if (!sees(row, col)) continue;
+      const std::int32_t cell = cell_at(channel.rows, middle_of(outline_of(channel.corners, row, col)));
+      if (cell >= 0) found.emplace_back(cell, row * strip.cols + col);
+    }
+  return sorted_by_cell(std::move(found));
+}
 
 /// Everything that a fit of all pixels shares.
 class CameraFitter {
@@ -128,6 +145,7 @@ class CameraFitter {
  private:
   Result<void> check() const;
   Result<void> show_patterns();
+  Result<Radiance> flood_on_cells() const;
   void show_bases(std::size_t from);
   Result<Seen> see(int channel, const Strip& strip, std::vector<float>& flood) const;
   using Rows = std::vector<FittedRow>;
@@ -151,6 +169,7 @@ class CameraFitter {
   std::vector<std::int64_t> held_out_;  // sorted
   std::size_t photographs_ = 0;
   std::vector<char> white_;
+  Radiance seen_cells_;  // the flood-lit scene; a cell that the camera does not see is not valid
   calibration::Shown shown_;
   Seen seen_;                 // of the strip that is fitted
   std::vector<float> flood_;  // light of its pixels in the flood-lit scene
@@ -201,6 +220,12 @@ Result<void> CameraFitter::show_patterns() {
     return Error{ErrorCode::bad_value, "none of the photographs shows the flood-lit scene",
                  "keep all photographs of the capture"};
   return {};
+}
+
+Result<Radiance> CameraFitter::flood_on_cells() const {
+  SYMRIG_TRY(const CellWeights weights,
+             options_.mosaic ? registration_.weights_of_mosaic(*options_.mosaic) : registration_.weights());
+  return weights.gather(registration_.flood);
 }
 
 /// Of the bases from number `from` on.
@@ -314,7 +339,8 @@ void CameraFitter::try_neighbours(const Channel& channel, const Strip& strip, co
     const int other_row = at.row - row < 0.5 ? row - 1 : row + 1;
     const int other_col = at.col - col < 0.5 ? col - 1 : col + 1;
     for (const auto& [y, x] : {std::pair{other_row, col}, {row, other_col}, {other_row, other_col}})
-      if (y >= 0 && x >= 0 && y < cells.rows && x < cells.cols) found.emplace_back(y * cells.cols + x, pixel);
+      if (y >= 0 && x >= 0 && y < cells.rows && x < cells.cols && channel.rows.seen(y * cells.cols + x))
+        found.emplace_back(y * cells.cols + x, pixel);
   }
   const PixelsOfCells others = sorted_by_cell(std::move(found));
   Rows rows = fit_rows(channel, strip, others, &PixelFitter::fit, to_beat);
@@ -363,7 +389,7 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
   const auto sees = [&](int row, int col) {
     return !options_.mosaic || options_.mosaic->at(row, col) == channel.number;
   };
-  PixelsOfCells pixels = pixels_of_cells(channel.corners, strip, registration_.cells, sees);
+  PixelsOfCells pixels = pixels_of_cells(channel, strip, sees);
   seen_ = {};  // before the next is there
   SYMRIG_TRY(seen_, see(channel.number, strip, flood_));
   Rows best(strip.pixels()), rows = fit_rows(channel, strip, pixels, &PixelFitter::fit);
@@ -399,7 +425,8 @@ Result<void> CameraFitter::fit_strip(const Channel& channel, const Strip& strip)
 
 Result<void> CameraFitter::fit_channel(int number) {
   const std::size_t first_basis = parts_.bases.size();
-  SYMRIG_TRY(const CellRows rows, CellRows::make(tensor_, number, parts_.bases, basis_values_, work_));
+  SYMRIG_TRY(const CellRows rows, CellRows::make(tensor_, number, seen_cells_.valid.plane(number),
+                                                 parts_.bases, basis_values_, work_));
   show_bases(first_basis);
   const OpticsBlur& optics = registration_.blur;
   const double measured = optics.measured ? std::hypot(optics.projector, optics.camera) : 0;
@@ -417,6 +444,7 @@ Result<CameraTransport> CameraFitter::fit() {
   return stoppable(work_, [&]() -> Result<CameraTransport> {
     work_.begin("fitting the camera's pixels", 0, log_.size());
     SYMRIG_CHECK(show_patterns());
+    SYMRIG_TRY(seen_cells_, flood_on_cells());
     parts_.cells = tensor_.camera_tree();
     parts_.camera = registration_.camera();
     parts_.channels = tensor_.channels();

@@ -197,10 +197,12 @@ void CellRows::list_partners() {
   for (std::int32_t c = 0; c < cells; ++c) partner_first_[c + 1] += partner_first_[c];
 }
 
-Result<CellRows> CellRows::make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,
+Result<CellRows> CellRows::make(const TransportTensor& tensor, int channel,
+                                std::span<const std::uint8_t> seen, std::vector<LightBasis>& bases,
                                 std::vector<float>& values, const Work& work) {
   CellRows rows;
   rows.grid_ = tensor.camera_grid();
+  rows.seen_.assign(seen.begin(), seen.end());
   const std::size_t first_value = values.size();
   SYMRIG_CHECK(rows.take_leaves(tensor, channel, bases, values));
   const std::span<const std::int32_t> order = tensor.camera_tree().order();

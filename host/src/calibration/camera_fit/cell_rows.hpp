@@ -44,13 +44,17 @@ class CellRows {
   static constexpr int radius = 2, side = 2 * radius + 1;
   using Near = std::array<float, std::size_t{side} * side>;
 
-  /// bases, values: those of the channel are added. The values are halves, as CameraTransport has them, so
+  /// seen: of each cell, whether the camera sees it; nothing: all. bases, values: those of the channel are
+  /// added. The values are halves, as CameraTransport has them, so
   /// what is fitted to them is not rounded later.
   /// work: may stop it.  throws: Stopped.
-  static Result<CellRows> make(const TransportTensor& tensor, int channel, std::vector<LightBasis>& bases,
-                               std::vector<float>& values, const Work& work = {});
+  static Result<CellRows> make(const TransportTensor& tensor, int channel, std::span<const std::uint8_t> seen,
+                               std::vector<LightBasis>& bases, std::vector<float>& values,
+                               const Work& work = {});
 
   Grid grid() const { return grid_; }
+  /// If not, T tells of this cell only what others get from it: not its own light, nor how bright it is.
+  bool seen(std::int32_t cell) const { return seen_.empty() || seen_[cell] != 0; }
   /// The light of the flood-lit scene in this cell.
   double total(std::int32_t cell) const { return total_[cell]; }
   /// The same, never below a small share of the mean: what light is compared with.
@@ -84,6 +88,7 @@ class CellRows {
                 const Work& work);
 
   Grid grid_;
+  std::vector<std::uint8_t> seen_;
   std::vector<LeafRows> leaves_;
   std::vector<std::int64_t> leaf_first_, single_first_, strong_first_, partner_first_;
   std::vector<LeafRow> leaf_row_;

@@ -48,6 +48,7 @@ double RowPrior::near_light(int row, int col, int k) const {
   for (int y = std::max(row - 1, 0); y <= std::min(row + 1, grid.rows - 1); ++y)
     for (int x = std::max(col - 1, 0); x <= std::min(col + 1, grid.cols - 1); ++x) {
       const std::int32_t c = y * grid.cols + x;
+      if (!rows_.seen(c)) continue;
       const double scale = total_ / rows_.brightness(c);
       for (const int j : {k, last - k}) {
         const double light = scale * rows_.near(c)[j];
@@ -72,7 +73,8 @@ void RowPrior::add_near(std::int32_t cell, double blur) {
     if (far && blur < kWideBlur && light < kLeastNear * total_) continue;
     Term& term = terms_[number_of(n)];
     term.near = k;
-    term.direct = std::clamp(rows_.diagonal(n) / rows_.brightness(n), 0.0, 1.0);
+    const std::int32_t like = rows_.seen(n) ? n : cell;
+    term.direct = std::clamp(rows_.diagonal(like) / rows_.brightness(like), 0.0, 1.0);
     term.spread = light;
   }
 }
@@ -96,6 +98,7 @@ void RowPrior::add_edges(std::int32_t cell) {
   };
   edges_.clear();
   around(row, col, [&](int y, int x) {
+    if (!rows_.seen(y * grid.cols + x)) return;
     for (const CellRows::Entry& strong : rows_.strong(y * grid.cols + x))
       around(strong.cell / grid.cols, strong.cell % grid.cols, [&](int my, int mx) {
         if (std::abs(my - row) <= 1 && std::abs(mx - col) <= 1) return;
