@@ -15,8 +15,9 @@ namespace {
 
 /// A pixel must see white this many standard deviations above nothing.
 constexpr double kBright = 10;
-/// And at least this share of its light must follow the stripes. A shadow that other surfaces light has none.
-constexpr float kDirect = 0.2F;
+/// And at least this share of its light must follow all stripes. A shadow, and a surface beside the picture,
+/// are lit by other surfaces: by the half that a wide stripe lights, and by all fine stripes alike.
+constexpr double kDirect = 0.2;
 
 }  // namespace
 
@@ -51,7 +52,9 @@ float StripePixels::direct_share(std::size_t pixel) const {
   std::size_t count = 0;
   for (int pair = 0; pair < code_.pairs(); ++pair) shares[count++] = std::abs(ratio(pixel, pair));
   const auto share = static_cast<float>(median(std::span(shares).first(count)));
-  return share >= kDirect ? share : 0;
+  const double follows =
+      std::min(follows_all(pixel, StripeAxis::rows), follows_all(pixel, StripeAxis::columns));
+  return std::min(static_cast<double>(share), follows) >= kDirect ? share : 0;
 }
 
 double StripePixels::follows_all(std::size_t pixel, StripeAxis axis) const {

@@ -17,7 +17,7 @@ class StripePixels {
   /// photographs: of all patterns of `code`, in order. They must outlive this.
   StripePixels(const GrayCode& code, std::span<const Radiance> photographs, int channel);
 
-  /// Pixels that see the stripes: bright enough, and valid in all photographs.
+  /// Pixels that see the stripes: bright enough, valid in all photographs, and lit by their own cells.
   bool good(std::size_t pixel) const { return direct_[pixel] > 0; }
   std::size_t count_good() const;
   /// The share of a pixel's light that follows every stripe of an axis, but for one that may have an edge in
