@@ -172,7 +172,8 @@ void judge_shared(NoiseCheck& check, const VarianceRatio& sum) {
   if (over > kGrossShared && over - 1 > kSigmas * sum.sigma())
     check.findings.push_back(
         fmt::format("parts of the light and all of it do not add up: {:.3g} times the variance that "
-                    "noise explains, so photographs share noise or light does not add",
+                    "noise explains: photographs share noise, light does not add, or, on a registered rig, "
+                    "light of pixels on the borders of cells went to the wrong one",
                     over));
 }
 
