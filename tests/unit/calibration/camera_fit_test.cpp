@@ -369,6 +369,60 @@ TEST(SeenCells, are_those_of_the_map) {
   EXPECT_EQ(seen.dark(Pattern({4, 4}, 1, 1.F)), std::vector<char>(9));
 }
 
+// Where light ends, a mosaic has the colours that it has in the flood-lit scene: no fringes. What a mosaic
+// cannot tell of a texture is lost in both; a pixel's own colour is as that of three channels.
+TEST(CameraFit, of_a_mosaic_has_no_fringes_at_lit_edges) {
+  struct Edges {
+    LightErrors own, colours, flood_lit;
+  };
+  const auto errors_of = [](const std::optional<BayerPattern>& filters) {
+    auto opened = *open_virtual_rig(
+        "sim:vgroove-mixed?fine=4&exposures=4&size=32x32&channels=3&camera=152x152&turn=1.5&zoom=0.784");
+    const VirtualRig& rig = *opened;
+    const CornerMap corners = rig.exact_corners().front();
+    const Pattern white(rig.grid(), 1, 1.F);
+    std::unique_ptr<Probe> probe;
+    if (filters)
+      probe = std::make_unique<tests::FilteredProbe>(std::move(opened));
+    else
+      probe = std::move(opened);
+    const Registration registration = *register_camera(*probe);
+    const auto log = make_memory_log(rig.grid(), probe->channels(), rig.camera_grid());
+    const auto watched =
+        *RegisteredProbe::make(std::make_unique<Keeping>(*probe, *log), registration, filters);
+    const TransportTensor tensor = capture(*watched, {})->tensor;
+    const CameraTransport fit = *fit_camera(tensor, registration, *log, {.mosaic = filters});
+    const auto photograph = [&, flood = *fit.apply(white)](const Pattern& light) {
+      const Image<float> seen = *fit.apply(light);
+      return filters ? coloured(seen, *colour_factors(flood, *filters)) : seen;
+    };
+    Edges errors;
+    const Image<float> flood = photograph(white), true_flood = rig.ideal_photograph(white);
+    for (const Pattern& light : {bar_pattern(rig.grid()), random_pattern(rig.grid(), 7)}) {
+      Pattern dark = white;
+      for (std::size_t i = 0; i < dark.values().size(); ++i) dark.values()[i] -= light.values()[i];
+      const Image<float> seen = photograph(light), truth = rig.ideal_photograph(light);
+      for (int y = 0; y < 152; ++y)
+        for (int x = 0; x < 152; ++x) {
+          const Outline outline = outline_of(corners, y, x);
+          if (!lit(outline, light).value_or(false) || !lit(outline, dark, 1).value_or(false)) continue;
+          const int own = tests::kRggb.at(y, x);
+          errors.own.add(seen.at(y, x, own), truth.at(y, x, own), true);
+          for (int c = 0; c < 3; ++c) {
+            errors.colours.add(seen.at(y, x, c), truth.at(y, x, c), true);
+            errors.flood_lit.add(flood.at(y, x, c), true_flood.at(y, x, c), true);
+          }
+        }
+    }
+    return errors;
+  };
+  const Edges mosaic = errors_of(tests::kRggb), channels = errors_of({});
+  RecordProperty("own", std::to_string(mosaic.own.all() / channels.own.all()));
+  RecordProperty("colours", std::to_string(mosaic.colours.all() / mosaic.flood_lit.all()));
+  EXPECT_LE(mosaic.own.all(), 1.3 * channels.own.all());
+  EXPECT_LE(mosaic.colours.all(), 1.3 * mosaic.flood_lit.all());
+}
+
 // Each pixel of a mosaic against the truth in the channel of its own filter.
 TEST(CameraFit, of_a_mosaic_errs_little_more_than_the_ideal_rig) {
   const std::string uri = "sim:vgroove-mixed?fine=4&exposures=4&size=32x32&channels=3";
