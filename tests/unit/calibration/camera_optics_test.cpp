@@ -155,6 +155,7 @@ using test::seen;
 constexpr const char* kBench =
     "?size=32x32&exposures=4&fine=4&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
 constexpr const char* kBlurred = "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
+constexpr const char* kBlurredThird = "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3&seed=3";
 
 Registration registration_of(const std::string& uri) {
   const auto rig = open_virtual_rig(uri);
@@ -199,7 +200,8 @@ INSTANTIATE_TEST_SUITE_P(Benches, FoundGhost,
                                          Case{"mirror", "", 0.01, {-3.5, 2.2}},
                                          Case{"occluder", kBlurred, 0.01, {2.5, 7.5}},
                                          Case{"vgroove-mixed", "&channels=3&colour=0.2", 0.01, {-4.25, -4.5}},
-                                         Case{"vgroove-white", kBlurred, 0.02, {-8.6, 3.3}}));
+                                         Case{"vgroove-white", kBlurred, 0.02, {-8.6, 3.3}},
+                                         Case{"vgroove-white", kBlurredThird, 0.02, {-8.6, 3.3}}));
 
 struct Without {
   const char *scene, *keys;

@@ -19,6 +19,9 @@ constexpr double kBright = 10;
 /// are lit by other surfaces: by the half that a wide stripe lights, and by all fine stripes alike.
 constexpr double kDirect = 0.2;
 
+/// Of the median light of those pixels. A ghost beside the picture follows all stripes, too, and has less.
+constexpr double kFaint = 0.03;
+
 }  // namespace
 
 StripePixels::StripePixels(const GrayCode& code, std::span<const Radiance> photographs, int channel)
@@ -71,11 +74,17 @@ std::vector<SeenValue> StripePixels::decoded(StripeAxis axis) const {
   const Grid grid = camera();
   const int size = this->size(axis);
   const int first = first_pair(axis), bits = code_.bits(axis);
+  const auto light = photographs_[code_.white()].mean.plane(channel_);
+  std::vector<float> lights;
+  for (std::size_t pixel = 0; pixel < direct_.size(); ++pixel)
+    if (good(pixel)) lights.push_back(light[pixel]);
+  if (lights.empty()) return {};
+  const double least = kFaint * static_cast<double>(median(lights));
   std::vector<SeenValue> values;
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col) {
       const auto pixel = static_cast<std::size_t>(std::int64_t{row} * grid.cols + col);
-      if (!good(pixel)) continue;
+      if (!good(pixel) || static_cast<double>(light[pixel]) < least) continue;
       int cell = 0, bit = 0;
       for (int k = 0; k < bits; ++k) {
         bit ^= ratio(pixel, first + k) > 0 ? 1 : 0;

@@ -29,7 +29,8 @@ class StripePixels {
   }
   Grid camera() const { return photographs_.front().mean.grid(); }
 
-  /// The middle of the cell that each good pixel sees along an axis, from the signs of its stripes.
+  /// The middle of the cell that each good pixel sees along an axis, from the signs of its stripes. Without
+  /// faint pixels, which may see a ghost.
   std::vector<SeenValue> decoded(StripeAxis axis) const;
 
   /// The contrast of the finest stripes divided by that of stripes four times as wide, mean of the good
