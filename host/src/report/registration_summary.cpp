@@ -41,7 +41,8 @@ std::string registration_json(const RegistrationSummary& summary) {
                    {"turn", shape.turn},
                    {"mirrored", shape.mirrored},
                    {"keystone", {shape.keystone_rows, shape.keystone_cols}},
-                   {"distortion", shape.distortion}};
+                   {"distortion", shape.distortion},
+                   {"guessed", shape.guessed}};
   json["parallax"] = {{"range", shape.parallax.range},
                       {"direction", {shape.parallax.direction.row, shape.parallax.direction.col}},
                       {"along", shape.parallax.along},
@@ -119,12 +120,17 @@ std::vector<std::string> registration_warnings(const RegistrationSummary& summar
 namespace {
 
 std::string shape_text(const MapShape& shape) {
-  return fmt::format(
+  constexpr double kTold = 0.05;
+  std::string lines = fmt::format(
       "the camera is turned by {:.2f}° {}, and its middle looks {:+.2f} rows and {:+.2f} columns beside the "
       "middle of the cells\n"
       "parallax: {:.2f} cells from the nearest to the farthest part of the scene\n",
       std::abs(shape.turn), shape.turn < 0 ? "counter-clockwise" : "clockwise", shape.shift.row,
       shape.shift.col, shape.parallax.range);
+  if (shape.guessed > kTold)
+    lines += fmt::format("{} of the picture of the cells is dark: the map is a guess there\n",
+                         text::percent(shape.guessed));
+  return lines;
 }
 
 std::string map_lines(const Registration& r) {

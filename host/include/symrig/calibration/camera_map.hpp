@@ -47,7 +47,8 @@ struct MapShape {
   double keystone_cols = 0, keystone_rows = 0;
   double distortion = 0;  ///< k: positive if the corners look farther out than without it
   Parallax parallax;
-  Look straight;  ///< the perspective map with its distortion
+  double guessed = 0;  ///< share of the picture of the cells where the map is a guess, because it is dark
+  Look straight;       ///< the perspective map with its distortion
   /// What is left over, on a lattice over the picture: row and column [cells], and 1 where both are
   /// known.
   Image<float> rest;
@@ -56,8 +57,9 @@ struct MapShape {
 /// A lattice over the picture, for MapShape::rest.
 Grid shape_lattice(Grid camera, int longer_side);
 
-/// look: a smooth function over the camera's picture that sees at least some of the cells.
-MapShape shape_of(Grid camera, const Look& look, Grid cells);
+/// look: a smooth function over the camera's picture that sees at least some of the cells. known: where it is
+/// more than a guess, in the picture; nothing: everywhere.
+MapShape shape_of(Grid camera, const Look& look, Grid cells, const std::function<bool(Point)>& known = {});
 
 /// The numbers of a CameraMap, as a file keeps them. The map of an axis is a sum of bicubic B-splines: the
 /// longer side of the picture has `intervals` equal ones, and coefficients are a matrix by rows.
@@ -134,9 +136,9 @@ struct CameraLook {
 /// the cells is known to about a fiftieth of a cell. Then the edges count: a pixel across the border of two
 /// cells sees both, and its share of each tells where the border crosses it. That is 5 to 25 times as precise
 /// as the decoded cells. The map is a spline (bicubic, fourth differences penalised), fitted robustly, so it
-/// covers shadows and dark texture. Its smoothness is the one that predicts left-out edges best.
-/// photographs: one of each pattern, in order; black subtracted.
-/// fails: size_mismatch; bad_value (too few pixels see the stripes).
+/// covers shadows and dark texture. In larger dark parts it is a guess: a perspective map with distortion.
+/// Its smoothness is the one that predicts left-out edges best. photographs: one of each pattern, in order;
+/// black subtracted. fails: size_mismatch; bad_value (too few pixels see the stripes).
 Result<std::vector<CameraLook>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs);
 
 }  // namespace symrig

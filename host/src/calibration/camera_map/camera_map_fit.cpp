@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/camera_map/camera_map_surfaces.hpp"
+#include "calibration/camera_map/perspective_map.hpp"
 #include "calibration/camera_map/stripe_pixels.hpp"
 #include "calibration/fitting/spline_surface.hpp"
 #include "symrig/base/statistics.hpp"
@@ -18,6 +19,8 @@ namespace symrig {
 using calibration::blur_of_edge;
 using calibration::BorderPixels;
 using calibration::fit_robustly;
+using calibration::PerspectiveMap;
+using calibration::SeenCoordinate;
 using calibration::SeenValue;
 using calibration::SplineSurface;
 using calibration::StripePixels;
@@ -39,6 +42,10 @@ constexpr double kStraight = 0.6;
 /// [pixels] Error of an edge by the texture inside a pixel: a pixel whose halves differ by a fifth.
 constexpr double kTexture = 0.05;
 constexpr int kEdgeRounds = 3, kRobustRounds = 3;
+/// The variance of a coordinate whose weight PerspectiveMap takes for 1 [cells²].
+constexpr double kUnit = 0.02 * 0.02;
+/// [cells] Decoded cells that are farther from the perspective map belong to mirrors.
+constexpr double kFarOff = 3;
 /// Fewer do not tell more than the decoded cells.
 constexpr std::size_t kFewestEdges = 100;
 
@@ -92,7 +99,8 @@ class CameraMapFit {
   struct Axis {
     StripeAxis axis;
     SplineSurface surface;
-    std::vector<SeenValue> cells;  // decoded
+    std::vector<SeenValue> cells;    // decoded
+    std::vector<SeenValue> guesses;  // where nothing is seen
     std::vector<SeenValue> edges;
     double smoothing = kSmoothing.front();
     double left_out = 0;
@@ -101,9 +109,14 @@ class CameraMapFit {
   static double blur_of(const Axis& axis) { return blur_of_edge(axis.edge_width, axis.pixel_width); }
 
   Axis make(StripeAxis axis) const {
-    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0, 0, 0};
+    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, {}, kSmoothing.front(), 0, 0, 0};
   }
   Result<void> decode(Axis& axis) const;
+  void guess(Axis& rows, Axis& cols, std::vector<SeenValue> Axis::*from) const;
+  static std::vector<SeenValue> with_guesses(std::vector<SeenValue> values, const Axis& axis) {
+    values.insert(values.end(), axis.guesses.begin(), axis.guesses.end());
+    return values;
+  }
   Result<void> refine(Axis& axis) const;
   struct Edge;
 
@@ -133,6 +146,41 @@ Result<void> CameraMapFit::decode(Axis& axis) const {
   if (!fit_robustly(axis.surface, axis.cells, kDecodedSmoothing, kRobustRounds))
     return too_few(axis.cells.size(), pixels_.camera());
   return {};
+}
+
+// A spline through the seen part of a picture swings in dark parts, by several cells. There the perspective
+// map of the seen part is the best guess, and known to a cell: a value for each half interval, whose weight
+// is less than a thousandth of that of an edge.
+void CameraMapFit::guess(Axis& rows, Axis& cols, std::vector<SeenValue> Axis::*from) const {
+  const Grid camera = pixels_.camera(), lattice = shape_lattice(camera, 2 * intervals_);
+  std::vector<SeenCoordinate> seen;
+  Image<std::uint8_t> known(lattice);
+  for (const Axis* axis : {&rows, &cols}) {
+    for (const SeenValue& one : axis->*from)
+      seen.push_back({one.at, axis->axis, one.value, kUnit * one.weight});
+    for (const SeenValue& cell : axis->cells)
+      known.at(static_cast<int>(cell.at.row * lattice.rows / camera.rows),
+               static_cast<int>(cell.at.col * lattice.cols / camera.cols)) = 1;
+  }
+  PerspectiveMap map(camera);
+  for (int round = 0; round < kRobustRounds; ++round) {
+    map.fit(seen);
+    for (SeenCoordinate& one : seen) {
+      const Point to = map.look(one.at);
+      const double off = one.value - (one.axis == StripeAxis::rows ? to.row : to.col);
+      if (std::abs(off) > kFarOff) one.weight = 0;
+    }
+  }
+  rows.guesses.clear(), cols.guesses.clear();
+  for (int row = 0; row < lattice.rows; ++row)
+    for (int col = 0; col < lattice.cols; ++col) {
+      const Point at{(row + 0.5) * camera.rows / lattice.rows, (col + 0.5) * camera.cols / lattice.cols};
+      const Point to = map.look(at);
+      const bool on_cells = to.row >= 0 && to.col >= 0 && to.row <= cells_.rows && to.col <= cells_.cols;
+      if (known.at(row, col) != 0 || !on_cells) continue;
+      rows.guesses.push_back({at, to.row});
+      cols.guesses.push_back({at, to.col});
+    }
 }
 
 /// The place where an axis of the map crosses the border of two cells, in units of a pixel's width along that
@@ -221,7 +269,7 @@ double CameraMapFit::best_smoothing(const Axis& axis) {
   double best = kSmoothing.front(), least = std::numeric_limits<double>::infinity();
   for (const double smoothing : kSmoothing) {
     SplineSurface surface = axis.surface;
-    if (!fit_robustly(surface, known, smoothing, 1)) continue;
+    if (!fit_robustly(surface, with_guesses(known, axis), smoothing, 1)) continue;
     // A rougher map must gain more than chance gives it.
     if (const double off = distance(surface, left_out); off < 0.999 * least) best = smoothing, least = off;
   }
@@ -233,7 +281,8 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
     axis.edges = find_edges(axis);
     if (axis.edges.size() < kFewestEdges) return {};  // the decoded cells must do
     if (round > 0) axis.smoothing = best_smoothing(axis);
-    const auto fit = fit_robustly(axis.surface, axis.edges, axis.smoothing, kRobustRounds);
+    const auto fit =
+        fit_robustly(axis.surface, with_guesses(axis.edges, axis), axis.smoothing, kRobustRounds);
     if (!fit) return too_few(axis.cells.size(), pixels_.camera());
     axis.left_out = fit->left_out;
   }
@@ -244,8 +293,8 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
 double CameraMapFit::error_of(const Axis& axis) {
   const auto& all = axis.edges.size() < kFewestEdges ? axis.cells : axis.edges;
   SplineSurface one = axis.surface, other = axis.surface;
-  if (!fit_robustly(one, half_of(all, false), axis.smoothing, kRobustRounds) ||
-      !fit_robustly(other, half_of(all, true), axis.smoothing, kRobustRounds))
+  if (!fit_robustly(one, with_guesses(half_of(all, false), axis), axis.smoothing, kRobustRounds) ||
+      !fit_robustly(other, with_guesses(half_of(all, true), axis), axis.smoothing, kRobustRounds))
     return std::numeric_limits<double>::infinity();
   double sum = 0;
   for (const SeenValue& cell : axis.cells) sum += std::pow(one(cell.at) - other(cell.at), 2);
@@ -254,10 +303,16 @@ double CameraMapFit::error_of(const Axis& axis) {
 
 Result<CameraLook> CameraMapFit::fit() {
   Axis rows = make(StripeAxis::rows), cols = make(StripeAxis::columns);
-  for (Axis* axis : {&rows, &cols}) {
-    SYMRIG_CHECK(decode(*axis));
-    SYMRIG_CHECK(refine(*axis));
+  for (Axis* axis : {&rows, &cols}) SYMRIG_CHECK(decode(*axis));
+  guess(rows, cols, &Axis::cells);
+  if (!rows.guesses.empty()) {
+    for (Axis* axis : {&rows, &cols}) {
+      fit_robustly(axis->surface, with_guesses(axis->cells, *axis), kDecodedSmoothing, kRobustRounds);
+      SYMRIG_CHECK(refine(*axis));
+    }
+    if (std::min(rows.edges.size(), cols.edges.size()) >= kFewestEdges) guess(rows, cols, &Axis::edges);
   }
+  for (Axis* axis : {&rows, &cols}) SYMRIG_CHECK(refine(*axis));
   CameraMap map;
   map.camera_ = pixels_.camera();
   map.error_ = std::sqrt((std::pow(error_of(rows), 2) + std::pow(error_of(cols), 2)) / 2);

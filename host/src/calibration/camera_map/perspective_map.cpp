@@ -173,7 +173,7 @@ Grid shape_lattice(Grid camera, int longer_side) {
   return {points(camera.rows), points(camera.cols)};
 }
 
-MapShape shape_of(Grid camera, const Look& look, Grid cells) {
+MapShape shape_of(Grid camera, const Look& look, Grid cells, const std::function<bool(Point)>& known) {
   MapShape shape;
   const Grid lattice = shape_lattice(camera, kLattice);
   const auto at = [&](int row, int col) {
@@ -181,10 +181,13 @@ MapShape shape_of(Grid camera, const Look& look, Grid cells) {
   };
   shape.rest = Image<float>(lattice, 3);
   std::vector<SeenCoordinate> seen;
+  int on_cells = 0;
   for (int row = 0; row < lattice.rows; ++row)
     for (int col = 0; col < lattice.cols; ++col) {
       const Point from = at(row, col), to = look(from);
       if (!(to.row >= 0 && to.col >= 0 && to.row <= cells.rows && to.col <= cells.cols)) continue;
+      ++on_cells;
+      if (known && !known(from)) continue;
       seen.push_back({from, StripeAxis::rows, to.row});
       seen.push_back({from, StripeAxis::columns, to.col});
       shape.rest.at(row, col, 2) = 1;
@@ -199,6 +202,8 @@ MapShape shape_of(Grid camera, const Look& look, Grid cells) {
       shape.rest.at(row, col, 1) = static_cast<float>(to.col - straight.col);
     }
   map.describe(cells, shape);
+  const auto seen_points = static_cast<double>(seen.size()) / 2;
+  if (on_cells > 0) shape.guessed = 1 - seen_points / on_cells;
   shape.parallax = calibration::parallax_of(shape.rest);
   return shape;
 }
