@@ -11,8 +11,11 @@
 #include "symrig/sim/virtual_rig.hpp"
 #include "workbench.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -50,6 +53,37 @@ TEST(Evaluate, the_exact_tensor_has_only_rounding) {
   for (const double error : {e->frobenius, e->indirect, e->flood, e->relight_bar, e->relight_random,
                              e->relight_natural, e->bar_indirect})
     EXPECT_LE(error, 0x1p-11 + 168 * 0x1p-24);  // entries off the diagonal are stored as halves
+}
+
+// A comparison with nothing, or with what is no number, is no error of 0 %.
+TEST(Evaluate, refuses_a_truth_that_tells_nothing) {
+  const auto scene = tests::facing_planes(Grid{12, 14});
+  const auto truth = [&](const Image<float>& pattern) {
+    Result<Image<float>> seen = scene.truth()(pattern);
+    if (seen) seen->values()[17] = std::numeric_limits<float>::quiet_NaN();
+    return seen;
+  };
+  const auto of_nan = evaluate(as_tensor(scene, 1), truth);
+  ASSERT_FALSE(of_nan.ok());
+  EXPECT_EQ(of_nan.error().code, ErrorCode::bad_value);
+  EXPECT_NE(of_nan.error().line().find("the truth of pixel 17"), std::string::npos) << of_nan.error().line();
+  class Blind final : public ForwardingProbe {
+   public:
+    using ForwardingProbe::ForwardingProbe;
+
+   private:
+    Result<std::vector<Radiance>> seen(std::span<const Pattern> /*patterns*/,
+                                       Result<std::vector<Radiance>> photographs) override {
+      if (photographs)
+        for (Radiance& one : *photographs) std::ranges::fill(one.valid.values(), std::uint8_t{0});
+      return photographs;
+    }
+  };
+  const auto rig = *open_virtual_rig("sim:plane?size=12x14");
+  Blind blind(*rig);
+  const auto of_nothing = evaluate(as_tensor(scene, 1), blind);
+  ASSERT_FALSE(of_nothing.ok());
+  EXPECT_NE(of_nothing.error().line().find("no pixel"), std::string::npos) << of_nothing.error().line();
 }
 
 TEST(Evaluate, indirect_sees_what_frobenius_hides) {

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace symrig {
 namespace {
 
@@ -113,10 +115,20 @@ class TruthComparison {
                        " channels, the tensor " + to_string(estimate.grid()) + " with " +
                        std::to_string(estimate.channels()),
                    "evaluate against the rig that the scene was captured with"};
+    bool compared = false;
     for (std::size_t i = 0; i < mean.values().size(); ++i) {
       if (exact.valid.values()[i] == 0) continue;
+      compared = true;
       const double t = mean.values()[i], variance = exact.variance.values()[i];
       const double e = static_cast<double>(estimate.values()[i]) - t;
+      if (!std::isfinite(e) || !std::isfinite(variance))
+        return Error{ErrorCode::bad_value,
+                     fmt::format("{} of pixel {} is not a finite number",
+                                 !std::isfinite(t)          ? "the truth"
+                                 : !std::isfinite(variance) ? "the variance of the truth"
+                                                            : "the tensor's light",
+                                 i % mean.grid().size()),
+                     "look for invalid pixels or values in what it is compared with"};
       for (const auto& [seen, squares] : masks) {
         squares->everything += t * t - variance;
         if (!seen->empty() && (*seen)[i % seen->size()] == 0) continue;
@@ -125,7 +137,9 @@ class TruthComparison {
         squares->truth += t * t - variance;
       }
     }
-    return {};
+    if (compared) return {};
+    return Error{ErrorCode::bad_value, "no pixel of a photograph to compare with is valid",
+                 "lower the exposures, or see whether the camera is covered"};
   }
 
  private:
