@@ -98,6 +98,8 @@ def test_all_forms_of_a_file_are_the_same_rig(tmp_path):
         (lambda t: t.astype(int), "?grid=4x6", "its numbers are '<i8'"),
         (lambda t: np.where(t == t[2, 3], np.nan, t), "?grid=4x6", r"T\[\d+, \d+\] is not a finite float"),
         (lambda t: t.astype(float) * 1e40, "?grid=4x6", "is not a finite float"),
+        (lambda t: t.astype(float) * 1e-300, "?grid=4x6", "T has no value of 1e-30 or more"),
+        (np.zeros_like, "?grid=4x6", "T has no value of 1e-30 or more"),
         (lambda t: np.float32(3), "", "has the shape"),
     ],
 )

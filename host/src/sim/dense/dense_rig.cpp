@@ -214,7 +214,13 @@ Result<DenseMatrix> read_dense(const DenseUri& uri) {
   DenseMatrix matrix{grid, numbers_of(raw, grid)};
   const auto bad = std::find_if_not(matrix.values.begin(), matrix.values.end(),
                                     [](float value) { return std::isfinite(value); });
-  if (bad == matrix.values.end()) return matrix;
+  if (bad == matrix.values.end()) {
+    constexpr float kLeast = 1e-30F;  // floats have fewer digits below 1e-38
+    const auto large = [](float value) { return std::abs(value) >= kLeast; };
+    if (std::ranges::any_of(matrix.values, large)) return matrix;
+    return Error{ErrorCode::bad_value, fmt::format("{}: T has no value of 1e-30 or more", file),
+                 "multiply the matrix by a number"};
+  }
   const auto k = static_cast<std::size_t>(bad - matrix.values.begin());
   return Error{ErrorCode::bad_value, fmt::format("{}: T[{}, {}] is not a finite float", file, k / n, k % n),
                "give finite numbers"};
