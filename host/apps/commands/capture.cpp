@@ -297,7 +297,8 @@ void add_budget_options(CLI::App& command, CaptureArguments& arguments) {
   command
       .add_option(
           "--target-error", arguments.target_error,
-          "Stop when the estimated error plus its uncertainty is below this share; chooses the tolerance")
+          "Stop when the estimated error of the cells plus its uncertainty is below this share; chooses the "
+          "tolerance")
       ->type_name("E");
   command
       .add_option("--photograph-seconds", arguments.photograph_seconds,

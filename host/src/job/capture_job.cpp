@@ -246,6 +246,7 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
     fit.set_chi_square(errors.chi_square);
     facts.bytes = fit.bytes();
     facts.errors = std::move(errors.estimate);
+    facts.unjudged = errors.unjudged;
   }
   outcome.camera = std::make_shared<const CameraTransport>(std::move(fit));
   outcome.summary.camera = std::move(facts);

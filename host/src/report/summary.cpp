@@ -129,11 +129,9 @@ Json trouble_json(const RigTrouble& trouble) {
 Json camera_json(const CaptureSummary& summary) {
   if (!summary.camera) return nullptr;
   const CameraFacts& camera = *summary.camera;
-  Json json{{"grid", grid_json(camera.grid)},
-            {"rows", camera.rows},
-            {"coefficients", camera.coefficients},
-            {"bytes", camera.bytes},
-            {"seconds", camera.seconds}};
+  Json json{{"grid", grid_json(camera.grid)},      {"rows", camera.rows},
+            {"coefficients", camera.coefficients}, {"bytes", camera.bytes},
+            {"seconds", camera.seconds},           {"unjudged", camera.unjudged}};
   json["estimated_error"] = camera.errors ? stated_errors_json(camera.errors->value) : Json(nullptr);
   json["estimated_error_uncertainty"] =
       camera.errors ? uncertainty_json(camera.errors->half_width) : Json(nullptr);
@@ -168,6 +166,13 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
         percent(summary.target_error)));
   if (!summary.camera_missing.empty())
     all.push_back("pictures have the projector's cells, not the camera's pixels: " + summary.camera_missing);
+  if (summary.camera && summary.camera->unjudged > 0)
+    all.push_back(fmt::format(
+        "{} of {} pixels of the camera are dead, or clipped in photographs that light them: their light is "
+        "partly a guess, and the estimated errors leave them out; expose for less, or calibrate again if the "
+        "scene has changed",
+        grouped(static_cast<double>(summary.camera->unjudged)),
+        grouped(static_cast<double>(summary.camera->rows))));
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
     all.push_back(
         fmt::format("held-out photographs find {} leaves wrong that could not be split; the estimated errors "

@@ -234,6 +234,56 @@ TEST(CameraFit, knows_nothing_of_cells_that_the_camera_does_not_see) {
   EXPECT_LE(sums.camera.all(), 1.3 * sums.ideal.all());
 }
 
+/// Pixels that are never valid, and pixels that are clipped above a light.
+class Clipping final : public ForwardingProbe {
+ public:
+  Clipping(Probe& rig, float most) : ForwardingProbe(rig), most_(most) {}
+  static bool dead(std::size_t pixel) { return pixel % 97 == 0; }
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> /*patterns*/,
+                                     Result<std::vector<Radiance>> photographs) override {
+    if (photographs)
+      for (Radiance& one : *photographs)
+        for (std::size_t i = 0; i < one.mean.values().size(); ++i)
+          if (dead(i) || one.mean.values()[i] > most_) one.valid.values()[i] = 0;
+    return photographs;
+  }
+  float most_;
+};
+
+// Pixels without a valid flood-lit photograph are nearly as bright as they are, not black; and they are
+// counted.
+TEST(CameraFit, of_dead_and_clipped_pixels_is_no_black_dot) {
+  const auto rig = *open_virtual_rig(
+      "sim:vgroove-textured?fine=4&exposures=4&size=24x24&camera=114x114&turn=1.5&zoom=0.784");
+  const Image<float> truth = rig->ideal_photograph(Pattern(rig->grid(), 1, 1.F));
+  const float most = quantile(std::vector<float>(truth.values().begin(), truth.values().end()), 0.99F);
+  Clipping clipping(*rig, most);
+  const Registration registration = *register_camera(clipping);
+  const auto log = make_memory_log(rig->grid(), 1, rig->camera_grid());
+  Keeping keeping(clipping, *log);
+  RegisteredProbe probe(keeping, *registration.weights(), registration.error());
+  const CaptureResult result = *capture(probe, {});
+  CameraTransport fit = *fit_camera(result.tensor, registration, *log, {.held_out = result.held_out_at});
+  const SeenCells seen(fit, registration.corners());
+  const Image<float> flood = *fit.apply(Pattern(rig->grid(), 1, 1.F));
+  std::int64_t lost = 0, dead = 0;
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    if (seen.counted()[i] == 0 || (!Clipping::dead(i) && truth.values()[i] <= most)) continue;
+    ++lost;
+    dead += Clipping::dead(i) ? 1 : 0;
+    EXPECT_GE(flood.values()[i], 0.25 * truth.values()[i]) << i;
+    EXPECT_LE(flood.values()[i], 4 * truth.values()[i]) << i;
+  }
+  EXPECT_GT(lost, 100);
+  const auto said = estimate_camera_errors(fit, seen, *log, result.held_out_at, result.noise_check);
+  ASSERT_TRUE(said.ok()) << said.error().line();
+  // Half of the light does not clip every pixel that all of it does.
+  EXPECT_GE(said->unjudged, dead);
+  EXPECT_LE(said->unjudged, lost);
+}
+
 // A map that is off changes which cell foretells a pixel, and where its own light comes from. The photographs
 // tell the rest.
 TEST(CameraFit, needs_no_exact_map) {

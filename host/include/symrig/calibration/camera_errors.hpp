@@ -48,6 +48,9 @@ class SeenCells {
 struct CameraErrors {
   ErrorEstimate estimate;
   std::vector<float> chi_square;  ///< of each row: CameraTransport::Parts::chi_square
+  /// Rows whose pixel is dead or clipped in a held-out photograph that lights it. The estimate leaves them
+  /// out.
+  std::int64_t unjudged = 0;
 };
 
 /// The errors of T on the camera's pixels, estimated from photographs that the fit did not see.

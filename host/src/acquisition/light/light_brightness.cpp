@@ -222,6 +222,12 @@ Result<std::optional<LightFault>> find_wrong_brightness(const LightSeries& serie
   if (!other && !flickers && over.share() > kMuch && at_most > kPiled)
     fault.causes.push_back(clipping(at_most));
   const auto exponent = over.exponent();
+  if (fault.causes.empty() && !exponent) {
+    if (over.share() > 0)
+      fault.causes.push_back({"clipped light that the camera does not mark", "shorten the exposures"});
+    fault.causes.push_back({"more noise than photographs state", "expose longer, or state the noise"});
+    fault.causes.push_back({"automatic exposure or gain of the camera", "fix both"});
+  }
   if (!other && !flickers && exponent) fault.causes.push_back(curved(*exponent));
   // Errors contain what a lamp does that flickers a little.
   const bool little = std::abs(over.share()) < kMuch || (flickers && aside.scatter < kFlickers);

@@ -248,7 +248,7 @@ Result<void> LightWitness::prove(const Seen& seen, bool repeats) {
   }
   const bool before = repeats || squares_apart(seen.picture, shown_before) < kExplains * away;
   const double factor = factor_of(seen.picture, again);
-  const bool less = !before && squares_apart(seen.picture, again, factor) < kExplains * away;
+  const bool less = !before && factor < 1 && squares_apart(seen.picture, again, factor) < kExplains * away;
   LightFault fault{
       fmt::format("photograph {} {}; taken again, it shows its own pattern", seen.number,
                   repeats  ? std::string("is the same as the one before, noise included")

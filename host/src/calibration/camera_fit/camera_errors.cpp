@@ -106,6 +106,12 @@ class HeldOutSums {
   Result<void> add(std::span<const std::int64_t> photographs);
   ErrorSums& finish();
   std::vector<float> chi_square() const;
+  std::int64_t unjudged() const {
+    std::int64_t count = 0;
+    for (std::size_t at = 0; at < flood_.size(); ++at)
+      count += seen_.counted()[at] != 0 && flood_[at].invalid ? 1 : 0;
+    return count;
+  }
 
  private:
   /// Of a sample of the mean of all halves.
@@ -305,6 +311,17 @@ Result<double> variance_ratio(const SeenCells& seen, const CameraTransport& came
   return samples > 0 ? squares / samples : NoiseCheck::kUnknown;
 }
 
+/// What no scatter shows: light that held-out photographs see through the same rows, pixels without a valid
+/// photograph, and noise that is stated to some per cent. On 42 benches of random scenes and geometries,
+/// estimates of many samples were up to an eighth of the error away.
+void widen(const TransportErrors& value, TransportErrors& half_width) {
+  constexpr double kSystematic = 0.125;
+  using E = TransportErrors;
+  for (const auto field : {&E::frobenius, &E::indirect, &E::flood, &E::relight_bar, &E::relight_random,
+                           &E::relight_natural, &E::bar_indirect})
+    half_width.*field = std::hypot(half_width.*field, kSystematic * value.*field);
+}
+
 }  // namespace
 
 Result<CameraErrors> estimate_camera_errors(const CameraTransport& camera, const SeenCells& seen,
@@ -324,7 +341,8 @@ Result<CameraErrors> estimate_camera_errors(const CameraTransport& camera, const
     of_pixels.shared_ratio = NoiseCheck::kUnknown;
     SYMRIG_TRY(of_pixels.variance_ratio, variance_ratio(seen, camera, log));
     ErrorEstimate estimate = acquisition::estimate_errors(sums.finish(), of_pixels);
-    return CameraErrors{std::move(estimate), sums.chi_square()};
+    widen(estimate.value, estimate.half_width);
+    return CameraErrors{std::move(estimate), sums.chi_square(), sums.unjudged()};
   });
 }
 

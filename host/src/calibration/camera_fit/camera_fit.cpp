@@ -32,6 +32,7 @@ constexpr double kDoubtful = 1.2;   ///< a misfit above may mean that a pixel be
 constexpr double kBetter = 0.9;     ///< of the misfit in its own cell
 constexpr double kUnexplained = 2;  ///< a misfit above is searched for its cause
 constexpr double kMostDoubtful = 0.05, kMostSearched = 0.05;  ///< of the pixels
+constexpr float kUnknown = -1;                                ///< light of a pixel
 constexpr double kLeastBlur = 0.03;                           ///< [cells] no optics are sharper
 
 /// The photographs of one channel, [pixels × photographs].
@@ -256,7 +257,8 @@ void CameraFitter::show_bases(std::size_t from) {
   });
 }
 
-/// flood: becomes the flood-lit light of each pixel, the weighted mean of all photographs of it.
+/// flood: becomes the flood-lit light of each pixel, the weighted mean of all photographs of it; below 0:
+/// none is valid.
 Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<float>& flood) const {
   const std::size_t pixels = strip.pixels(), size = pixels * photographs_;
   Seen seen{photographs_, std::vector<float>(size), std::vector<float>(size)};
@@ -276,11 +278,9 @@ Result<Seen> CameraFitter::see(int channel, const Strip& strip, std::vector<floa
     }
     work_.look();
   }
-  const auto registered =
-      registration_.flood.mean.plane(plane).subspan(std::size_t{1} * strip.first_row * strip.cols);
   flood.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i)
-    flood[i] = weights[i] > 0 ? static_cast<float>(sum[i] / weights[i]) : registered[i];
+    flood[i] = weights[i] > 0 ? std::max(static_cast<float>(sum[i] / weights[i]), 0.F) : kUnknown;
   return seen;
 }
 
@@ -301,8 +301,12 @@ CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& s
       const std::int32_t pixel = pixels.pixel[k];
       const std::size_t at = strip.index(pixel);
       const Outline outline = outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols);
-      rows[k] = (fitter.*how)({calibration::footprint_of(outline, cell / cols, cell % cols, channel.blur),
-                               flood_[at], seen_.mean_of(at), seen_.weight_of(at)});
+      PixelLight light{calibration::footprint_of(outline, cell / cols, cell % cols, channel.blur), flood_[at],
+                       seen_.mean_of(at), seen_.weight_of(at)};
+      // A dead pixel shows what its cell shows.
+      if (flood_[at] == kUnknown)
+        light.flood = flood_[at] = static_cast<float>(fitter.light_of(light).value_or(fitter.brightness()));
+      rows[k] = (fitter.*how)(light);
       if (!to_beat.empty() && !(rows[k].misfit < to_beat[at])) rows[k] = {};
       work_.add(fitter.operations());
     }

@@ -91,6 +91,18 @@ FittedRow PixelFitter::fitted() const {
   return result;
 }
 
+std::optional<double> PixelFitter::light_of(const PixelLight& pixel) {
+  prior_.of_pixel(pixel.footprint, brightness(), foretold_, sigma_);
+  rest_.noalias() = x_ * foretold_;
+  double both = 0, squares = 0;
+  for (Index j = 0; j < x_.rows(); ++j) {
+    both += static_cast<double>(pixel.weight[j]) * static_cast<double>(pixel.mean[j]) * rest_(j);
+    squares += static_cast<double>(pixel.weight[j]) * rest_(j) * rest_(j);
+  }
+  if (!(both > 0)) return std::nullopt;
+  return brightness() * both / squares;
+}
+
 FittedRow PixelFitter::fit(const PixelLight& pixel) {
   weigh(pixel);
   solve();

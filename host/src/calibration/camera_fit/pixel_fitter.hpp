@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -55,6 +56,11 @@ class PixelFitter {
   /// The most that a photograph shows to each column.
   std::vector<float> most_shown() const;
 
+  /// The flood-lit light of a pixel whose flood-lit photographs are clipped or missing: with it, the row of
+  /// its cell is nearest to its other photographs. Nothing: it has none.
+  std::optional<double> light_of(const PixelLight& pixel);
+  /// Of the cell.
+  double brightness() const { return prior_.brightness(); }
   FittedRow fit(const PixelLight& pixel);
   /// The same, and searches for light that nothing foretells, if a few cells explain nearly all that the row
   /// does not.

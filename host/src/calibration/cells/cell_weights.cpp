@@ -255,8 +255,10 @@ CellWeights::Missing CellWeights::missing(const Channel& channel, std::size_t be
     squares += w * off * off;
     ++others;
   }
-  // A single pixel says nothing of how much they differ.
-  const float spread = others > 1 ? squares / known : ratio * ratio;
+  // A single pixel says nothing of how much they differ. A clipped one may have any ratio up to 1: no pattern
+  // gives a pixel more than all light, and a mirror may give it all of that.
+  const float above = 1 - std::min(ratio, 1.F);
+  const float spread = std::max(others > 1 ? squares / known : ratio * ratio, above * above / 3);
   return {1 + unknown / known, unknown * unknown * spread, reference};
 }
 

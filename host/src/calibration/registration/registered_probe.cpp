@@ -88,6 +88,17 @@ void RegisteredProbe::watch_motion(MotionWatch watch, std::int64_t every, double
   most_ = most;
 }
 
+namespace {
+
+/// The comparison is linear in the motion.
+std::string cells_away(double cells, double sigma) {
+  constexpr double kFarthest = 0.1;
+  if (std::abs(cells) > kFarthest) return fmt::format("more than {:.1f} cells", kFarthest);
+  return fmt::format("{:+.3f} (± {:.1g}) cells", cells, sigma);
+}
+
+}  // namespace
+
 Result<void> RegisteredProbe::check_motion() {
   if (!watch_) return {};
   SYMRIG_TRY(const Motion motion, watch_->measure(rig_));
@@ -95,10 +106,11 @@ Result<void> RegisteredProbe::check_motion() {
   if (again_) return move_to_new_place();
   return Error{
       ErrorCode::fault,
-      fmt::format("the rig has moved since its registration: by {:+.3f} cells along the rows and {:+.3f} "
-                  "along the columns (± {:.1g}), and {:.3g} is allowed",
-                  motion.row, motion.col, motion.sigma, most_),
-      "fasten camera and projector, calibrate the rig again, and capture anew"};
+      fmt::format("the rig has moved since its registration, or its scene, light or focus has changed, or "
+                  "photographs are late: stripes lie {} along the rows and {} along the columns away, and "
+                  "{:.3g} is allowed",
+                  cells_away(motion.row, motion.sigma), cells_away(motion.col, motion.sigma), most_),
+      "fasten all; put back what has changed, or calibrate again and capture anew"};
 }
 
 /// The rig stays where it is now.

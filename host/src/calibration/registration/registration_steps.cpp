@@ -104,6 +104,8 @@ namespace {
 /// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
 constexpr double kLeastBlur = 0.02;
 constexpr double kLeastBlurOfViews = 0.2;
+/// [pixels] Edges that lie on the borders of pixels, in whole rows of them, show as much without any blur.
+constexpr double kLeastPixels = 0.13;
 /// Of OpticsBlur::far. A blur of 0.2 cells gives less than 0.02, and indirect light in sharp grooves 0.01.
 /// Scattering below the surface gives 0.1 and more, and leaves edges sharp.
 constexpr double kScattered = 0.05;
@@ -153,7 +155,8 @@ Result<Image<std::uint8_t>> seen_cells(const CellWeights& weights, const Radianc
 }
 
 bool is_blurred(const Registration& found, bool several_views) {
-  return found.edge_blur() > (several_views ? kLeastBlurOfViews : kLeastBlur);
+  const double least = std::max(kLeastBlur, kLeastPixels / found.pixels_per_cell());
+  return found.edge_blur() > (several_views ? kLeastBlurOfViews : least);
 }
 
 Result<void> add_blur(const CombPhotographs& combs, Registration& found) {
