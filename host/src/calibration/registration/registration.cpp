@@ -133,14 +133,14 @@ std::vector<CornerMap> Registration::corners() const {
 }
 
 MapShape Registration::shape() const {
-  constexpr double kDark = 0.01;  // of the light of bright pixels
+  constexpr double kUnseen = 0.01;  // of the light of bright pixels
   const CameraMap& map = maps[maps.size() / 2];
   const auto light = flood.mean.plane(maps.size() > 1 ? static_cast<int>(maps.size() / 2) : 0);
   const double bright = quantile(std::vector<double>(light.begin(), light.end()), 0.99);
   const auto known = [&](Point at) {
     const std::int64_t pixel =
         std::int64_t{1} * static_cast<int>(at.row) * camera().cols + static_cast<int>(at.col);
-    return static_cast<double>(light[pixel]) >= kDark * bright;
+    return static_cast<double>(light[pixel]) >= kUnseen * bright;
   };
   return shape_of(
       camera(), [&map](Point at) { return map.look(at); }, cells, known);
