@@ -128,7 +128,7 @@ std::string shape_text(const MapShape& shape) {
       std::abs(shape.turn), shape.turn < 0 ? "counter-clockwise" : "clockwise", shape.shift.row,
       shape.shift.col, shape.parallax.range);
   if (shape.guessed > kTold)
-    lines += fmt::format("{} of the picture of the cells is dark: the map is a guess there\n",
+    lines += fmt::format("{} of the picture of the cells is dark, or clipped: the map is a guess there\n",
                          text::percent(shape.guessed));
   return lines;
 }

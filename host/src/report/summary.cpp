@@ -168,8 +168,8 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
     all.push_back("pictures have the projector's cells, not the camera's pixels: " + summary.camera_missing);
   if (summary.camera && summary.camera->unjudged > 0)
     all.push_back(fmt::format(
-        "{} of {} pixels of the camera are dead, or clipped in photographs that light them: their light is "
-        "partly a guess, and the estimated errors leave them out; expose for less, or calibrate again if the "
+        "{} of {} rows of camera pixels are of dead pixels, or of pixels that are clipped in photographs that "
+        "light them: they are partly a guess, which the estimated errors hold in part; expose for less, or calibrate again if the "
         "scene has changed",
         grouped(static_cast<double>(summary.camera->unjudged)),
         grouped(static_cast<double>(summary.camera->rows))));

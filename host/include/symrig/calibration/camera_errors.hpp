@@ -48,8 +48,8 @@ class SeenCells {
 struct CameraErrors {
   ErrorEstimate estimate;
   std::vector<float> chi_square;  ///< of each row: CameraTransport::Parts::chi_square
-  /// Rows whose pixel is dead or clipped in a held-out photograph that lights it. The estimate leaves them
-  /// out.
+  /// Rows whose pixel is dead or clipped in a held-out photograph that lights it. The estimate holds them in
+  /// part: not in the error of the flood-lit scene.
   std::int64_t unjudged = 0;
 };
 

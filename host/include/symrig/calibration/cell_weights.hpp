@@ -85,12 +85,12 @@ class CellWeights {
   /// Of photographs: 1 if the camera has a colour mosaic.
   int camera_channels() const { return of_mosaic_ ? 1 : channels_; }
 
-  /// The photograph on the cells. A pixel that is not valid, such as a clipped highlight, is taken for as
-  /// bright as the others of its cell, each by its flood-lit light. A cell without a valid pixel is not
-  /// valid. The variance is that of independent pixels, of light whose cell is uncertain, and of pixels that
-  /// are not valid, by how much the others differ, and up to all of its flood-lit light. Neighbouring cells
-  /// share pixels and their noise. With cores, superposition holds as far as the planes describe the light.
-  /// fails: size_mismatch.
+  /// The photograph on the cells. A pixel that is not valid here, but in the flood-lit photograph, such as a
+  /// clipped highlight, is taken for as bright as the others of its cell, each by its flood-lit light. A cell
+  /// without a valid pixel is not valid. The variance is that of independent pixels, of light whose cell is
+  /// uncertain, and of such pixels in a core or an area: by how much the others differ, and up to all flood-lit
+  /// light. Neighbouring cells share pixels and their noise. With cores, superposition holds as far as the
+  /// planes describe the light. fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
   /// Divides all cells that the weights give by these values, one for each cell and above 0: the gain ratio.
@@ -136,7 +136,8 @@ class CellWeights {
   };
   /// What the pixels of a cell that are not valid would add, by those that are.
   struct Missing {
-    float factor = 1;     ///< on what the others show
+    float light = 0;      ///< as Σ weight y
+    float noise = 1;      ///< factor on Σ weight² variance
     float doubt = 0;      ///< variance, as Σ weight² variance
     float reference = 0;  ///< as Σ weight reference
   };

@@ -303,9 +303,7 @@ CameraFitter::Rows CameraFitter::fit_rows(const Channel& channel, const Strip& s
       const Outline outline = outline_of(channel.corners, pixel / strip.cols, pixel % strip.cols);
       PixelLight light{calibration::footprint_of(outline, cell / cols, cell % cols, channel.blur), flood_[at],
                        seen_.mean_of(at), seen_.weight_of(at)};
-      // A dead pixel shows what its cell shows.
-      if (flood_[at] == kUnknown)
-        light.flood = flood_[at] = static_cast<float>(fitter.light_of(light).value_or(fitter.brightness()));
+      if (flood_[at] == kUnknown) light.flood = flood_[at] = static_cast<float>(fitter.light_of(light));
       rows[k] = (fitter.*how)(light);
       if (!to_beat.empty() && !(rows[k].misfit < to_beat[at])) rows[k] = {};
       work_.add(fitter.operations());
@@ -447,8 +445,8 @@ Result<CameraTransport> CameraFitter::fit() {
   SYMRIG_CHECK(check());
   return stoppable(work_, [&]() -> Result<CameraTransport> {
     work_.begin("fitting the camera's pixels", 0, log_.size());
+    SYMRIG_TRY(seen_cells_, flood_on_cells());  // while there is memory
     SYMRIG_CHECK(show_patterns());
-    SYMRIG_TRY(seen_cells_, flood_on_cells());
     parts_.cells = tensor_.camera_tree();
     parts_.camera = registration_.camera();
     parts_.channels = tensor_.channels();

@@ -91,16 +91,21 @@ FittedRow PixelFitter::fitted() const {
   return result;
 }
 
-std::optional<double> PixelFitter::light_of(const PixelLight& pixel) {
+double PixelFitter::light_of(const PixelLight& pixel) {
   prior_.of_pixel(pixel.footprint, brightness(), foretold_, sigma_);
   rest_.noalias() = x_ * foretold_;
-  double both = 0, squares = 0;
+  // In units of the cell's light: 1 ± 1 before any photograph, because a pixel that is clipped whenever it is lit
+  // has none but dark ones.
+  constexpr double kDarkest = 0.1, kBrightest = 10;
+  double both = 1, squares = 1;
+  const double floor = std::pow(kFloor * brightness(), 2);
   for (Index j = 0; j < x_.rows(); ++j) {
-    both += static_cast<double>(pixel.weight[j]) * static_cast<double>(pixel.mean[j]) * rest_(j);
-    squares += static_cast<double>(pixel.weight[j]) * rest_(j) * rest_(j);
+    if (!(pixel.weight[j] > 0)) continue;
+    const double weight = 1 / (1 / static_cast<double>(pixel.weight[j]) + floor);
+    both += weight * static_cast<double>(pixel.mean[j]) * rest_(j);
+    squares += weight * rest_(j) * rest_(j);
   }
-  if (!(both > 0)) return std::nullopt;
-  return brightness() * both / squares;
+  return brightness() * std::clamp(both / squares, kDarkest, kBrightest);
 }
 
 FittedRow PixelFitter::fit(const PixelLight& pixel) {

@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -57,8 +56,8 @@ class PixelFitter {
   std::vector<float> most_shown() const;
 
   /// The flood-lit light of a pixel whose flood-lit photographs are clipped or missing: with it, the row of
-  /// its cell is nearest to its other photographs. Nothing: it has none.
-  std::optional<double> light_of(const PixelLight& pixel);
+  /// its cell is nearest to its other photographs. Without any: that of its cell.
+  double light_of(const PixelLight& pixel);
   /// Of the cell.
   double brightness() const { return prior_.brightness(); }
   FittedRow fit(const PixelLight& pixel);

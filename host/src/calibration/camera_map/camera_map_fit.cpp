@@ -10,6 +10,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -113,9 +116,11 @@ class CameraMapFit {
   }
   Result<void> decode(Axis& axis) const;
   void guess(Axis& rows, Axis& cols, std::vector<SeenValue> Axis::*from) const;
-  static std::vector<SeenValue> with_guesses(std::vector<SeenValue> values, const Axis& axis) {
-    values.insert(values.end(), axis.guesses.begin(), axis.guesses.end());
-    return values;
+  static std::optional<calibration::RobustFit> fit_to(SplineSurface& surface, const Axis& axis,
+                                                      std::span<const SeenValue> values, double smoothing,
+                                                      int rounds) {
+    constexpr double kLeastSigma = 1e-9;
+    return fit_robustly(surface, values, smoothing, rounds, kLeastSigma, axis.guesses);
   }
   Result<void> refine(Axis& axis) const;
   struct Edge;
@@ -152,32 +157,45 @@ Result<void> CameraMapFit::decode(Axis& axis) const {
 // map of the seen part is the best guess, and known to a cell: a value for each half interval, whose weight
 // is less than a thousandth of that of an edge.
 void CameraMapFit::guess(Axis& rows, Axis& cols, std::vector<SeenValue> Axis::*from) const {
+  constexpr int kOfEach = 16;  // values of a half interval are enough
+  constexpr std::size_t kFewest = 100;
   const Grid camera = pixels_.camera(), lattice = shape_lattice(camera, 2 * intervals_);
-  std::vector<SeenCoordinate> seen;
-  Image<std::uint8_t> known(lattice);
+  const auto index = [&](Point at) {
+    const int row = std::min(static_cast<int>(at.row * lattice.rows / camera.rows), lattice.rows - 1);
+    const int col = std::min(static_cast<int>(at.col * lattice.cols / camera.cols), lattice.cols - 1);
+    return std::int64_t{1} * row * lattice.cols + col;
+  };
+  rows.guesses.clear(), cols.guesses.clear();
+  std::vector<char> known(lattice.size());
+  for (const Axis* axis : {&rows, &cols})
+    for (const SeenValue& cell : axis->cells) known[index(cell.at)] = 1;
+  if (std::ranges::all_of(known, [](char one) { return one != 0; })) return;
+  std::vector<SeenCoordinate> all;
   for (const Axis* axis : {&rows, &cols}) {
+    std::vector<int> taken(lattice.size());
     for (const SeenValue& one : axis->*from)
-      seen.push_back({one.at, axis->axis, one.value, kUnit * one.weight});
-    for (const SeenValue& cell : axis->cells)
-      known.at(static_cast<int>(cell.at.row * lattice.rows / camera.rows),
-               static_cast<int>(cell.at.col * lattice.cols / camera.cols)) = 1;
+      if (taken[index(one.at)]++ < kOfEach)
+        all.push_back({one.at, axis->axis, one.value, kUnit * one.weight});
   }
+  std::vector<SeenCoordinate> seen = all;
   PerspectiveMap map(camera);
   for (int round = 0; round < kRobustRounds; ++round) {
     map.fit(seen);
-    for (SeenCoordinate& one : seen) {
-      const Point to = map.look(one.at);
-      const double off = one.value - (one.axis == StripeAxis::rows ? to.row : to.col);
-      if (std::abs(off) > kFarOff) one.weight = 0;
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const Point to = map.look(all[k].at);
+      const double off = all[k].value - (all[k].axis == StripeAxis::rows ? to.row : to.col);
+      seen[k].weight = std::abs(off) < kFarOff ? all[k].weight : 0;
+      kept += seen[k].weight > 0 ? 1 : 0;
     }
+    if (kept < kFewest) return;
   }
-  rows.guesses.clear(), cols.guesses.clear();
   for (int row = 0; row < lattice.rows; ++row)
     for (int col = 0; col < lattice.cols; ++col) {
       const Point at{(row + 0.5) * camera.rows / lattice.rows, (col + 0.5) * camera.cols / lattice.cols};
       const Point to = map.look(at);
       const bool on_cells = to.row >= 0 && to.col >= 0 && to.row <= cells_.rows && to.col <= cells_.cols;
-      if (known.at(row, col) != 0 || !on_cells) continue;
+      if (known[index(at)] != 0 || !on_cells) continue;
       rows.guesses.push_back({at, to.row});
       cols.guesses.push_back({at, to.col});
     }
@@ -269,7 +287,7 @@ double CameraMapFit::best_smoothing(const Axis& axis) {
   double best = kSmoothing.front(), least = std::numeric_limits<double>::infinity();
   for (const double smoothing : kSmoothing) {
     SplineSurface surface = axis.surface;
-    if (!fit_robustly(surface, with_guesses(known, axis), smoothing, 1)) continue;
+    if (!fit_to(surface, axis, known, smoothing, 1)) continue;
     // A rougher map must gain more than chance gives it.
     if (const double off = distance(surface, left_out); off < 0.999 * least) best = smoothing, least = off;
   }
@@ -282,7 +300,7 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
     if (axis.edges.size() < kFewestEdges) return {};  // the decoded cells must do
     if (round > 0) axis.smoothing = best_smoothing(axis);
     const auto fit =
-        fit_robustly(axis.surface, with_guesses(axis.edges, axis), axis.smoothing, kRobustRounds);
+        fit_to(axis.surface, axis, axis.edges, axis.smoothing, kRobustRounds);
     if (!fit) return too_few(axis.cells.size(), pixels_.camera());
     axis.left_out = fit->left_out;
   }
@@ -293,8 +311,8 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
 double CameraMapFit::error_of(const Axis& axis) {
   const auto& all = axis.edges.size() < kFewestEdges ? axis.cells : axis.edges;
   SplineSurface one = axis.surface, other = axis.surface;
-  if (!fit_robustly(one, with_guesses(half_of(all, false), axis), axis.smoothing, kRobustRounds) ||
-      !fit_robustly(other, with_guesses(half_of(all, true), axis), axis.smoothing, kRobustRounds))
+  if (!fit_to(one, axis, half_of(all, false), axis.smoothing, kRobustRounds) ||
+      !fit_to(other, axis, half_of(all, true), axis.smoothing, kRobustRounds))
     return std::numeric_limits<double>::infinity();
   double sum = 0;
   for (const SeenValue& cell : axis.cells) sum += std::pow(one(cell.at) - other(cell.at), 2);
@@ -307,7 +325,7 @@ Result<CameraLook> CameraMapFit::fit() {
   guess(rows, cols, &Axis::cells);
   if (!rows.guesses.empty()) {
     for (Axis* axis : {&rows, &cols}) {
-      fit_robustly(axis->surface, with_guesses(axis->cells, *axis), kDecodedSmoothing, kRobustRounds);
+      fit_to(axis->surface, *axis, axis->cells, kDecodedSmoothing, kRobustRounds);
       SYMRIG_CHECK(refine(*axis));
     }
     if (std::min(rows.edges.size(), cols.edges.size()) >= kFewestEdges) guess(rows, cols, &Axis::edges);

@@ -181,13 +181,22 @@ MapShape shape_of(Grid camera, const Look& look, Grid cells, const std::function
   };
   shape.rest = Image<float>(lattice, 3);
   std::vector<SeenCoordinate> seen;
-  int on_cells = 0;
+  // Of a few bright spots, nobody can tell a shape: then the guess counts as well.
+  constexpr int kFewest = 60;
+  int on_cells = 0, known_points = 0;
+  const auto looks_at_cells = [&](const Point& to) {
+    return to.row >= 0 && to.col >= 0 && to.row <= cells.rows && to.col <= cells.cols;
+  };
+  for (int row = 0; row < lattice.rows; ++row)
+    for (int col = 0; col < lattice.cols; ++col) {
+      if (!looks_at_cells(look(at(row, col)))) continue;
+      ++on_cells;
+      known_points += !known || known(at(row, col)) ? 1 : 0;
+    }
   for (int row = 0; row < lattice.rows; ++row)
     for (int col = 0; col < lattice.cols; ++col) {
       const Point from = at(row, col), to = look(from);
-      if (!(to.row >= 0 && to.col >= 0 && to.row <= cells.rows && to.col <= cells.cols)) continue;
-      ++on_cells;
-      if (known && !known(from)) continue;
+      if (!looks_at_cells(to) || (known && known_points >= kFewest && !known(from))) continue;
       seen.push_back({from, StripeAxis::rows, to.row});
       seen.push_back({from, StripeAxis::columns, to.col});
       shape.rest.at(row, col, 2) = 1;
@@ -202,8 +211,7 @@ MapShape shape_of(Grid camera, const Look& look, Grid cells, const std::function
       shape.rest.at(row, col, 1) = static_cast<float>(to.col - straight.col);
     }
   map.describe(cells, shape);
-  const auto seen_points = static_cast<double>(seen.size()) / 2;
-  if (on_cells > 0) shape.guessed = 1 - seen_points / on_cells;
+  if (on_cells > 0) shape.guessed = 1 - static_cast<double>(known_points) / on_cells;
   shape.parallax = calibration::parallax_of(shape.rest);
   return shape;
 }

@@ -235,31 +235,39 @@ Result<CellWeights> CellWeights::unmixing(Grid cells, int channels, Point shift)
 CellWeights::Missing CellWeights::missing(const Channel& channel, std::size_t begin, std::size_t end,
                                           std::span<const std::uint32_t> pixel, std::span<const float> mean,
                                           std::span<const std::uint8_t> valid) {
-  // Ratios y / W, weighted by weight · W.
-  float light = 0, known = 0, unknown = 0, reference = 0;
+  // Ratios y / W, weighted by |weight| · W: a plane may have weights below 0.
+  float light = 0, known = 0, unknown = 0;
+  Missing more;
+  float signed_unknown = 0;
   for (std::size_t k = begin; k < end; ++k) {
-    const float w = channel.weight[k] * channel.light[k];
-    if (valid[pixel[k]])
-      known += w, light += w > 0 ? channel.weight[k] * mean[pixel[k]] : 0;
-    else if (w > 0)
-      unknown += w, reference += channel.weight[k] * channel.reference[k];
+    const float w = std::abs(channel.weight[k]) * channel.light[k];
+    if (!(w > 0)) continue;
+    if (valid[pixel[k]]) {
+      known += w, light += std::abs(channel.weight[k]) * mean[pixel[k]];
+    } else {
+      unknown += w, signed_unknown += channel.weight[k] * channel.light[k];
+      more.reference += channel.weight[k] * channel.reference[k];
+    }
   }
   if (!(unknown > 0 && known > 0)) return {};
   const float ratio = light / known;
   float squares = 0;
   std::size_t others = 0;
   for (std::size_t k = begin; k < end; ++k) {
-    const float w = channel.weight[k] * channel.light[k];
+    const float w = std::abs(channel.weight[k]) * channel.light[k];
     if (!(w > 0) || !valid[pixel[k]]) continue;
-    const float off = mean[pixel[k]] / channel.light[k] - ratio;
+    const float off = std::clamp(mean[pixel[k]] / channel.light[k], 0.F, 1.F) - ratio;
     squares += w * off * off;
     ++others;
   }
   // A single pixel says nothing of how much they differ. A clipped one may have any ratio up to 1: no pattern
   // gives a pixel more than all light, and a mirror may give it all of that.
-  const float above = 1 - std::min(ratio, 1.F);
+  const float above = 1 - std::clamp(ratio, 0.F, 1.F);
   const float spread = std::max(others > 1 ? squares / known : ratio * ratio, above * above / 3);
-  return {1 + unknown / known, unknown * unknown * spread, reference};
+  more.light = ratio * signed_unknown;
+  more.noise = std::pow(1 + unknown / known, 2.F);
+  more.doubt = unknown * unknown * spread;
+  return more;
 }
 
 Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
@@ -294,7 +302,7 @@ Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
         float doubt = 0;
         if (!all) {
           const Missing more = missing(channel, rows.first[i], rows.first[i + 1], rows.pixel, mean, valid);
-          light *= more.factor, noise *= more.factor * more.factor;
+          light += more.light, noise *= more.noise;
           doubt = more.doubt, reference += more.reference;
         }
         const float scale = channel.scale[i] / reference;

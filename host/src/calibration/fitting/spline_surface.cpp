@@ -149,8 +149,10 @@ std::vector<double> distances(const SplineSurface& surface, std::span<const Seen
 }  // namespace
 
 std::optional<RobustFit> fit_robustly(SplineSurface& surface, std::span<const SeenValue> values,
-                                      double smoothing, int rounds, double least_sigma) {
+                                      double smoothing, int rounds, double least_sigma,
+                                      std::span<const SeenValue> guesses) {
   std::vector<SeenValue> weighted(values.begin(), values.end());
+  weighted.insert(weighted.end(), guesses.begin(), guesses.end());
   RobustFit fit;
   for (int round = 0;; ++round) {
     if (!surface.fit(weighted, smoothing)) return std::nullopt;

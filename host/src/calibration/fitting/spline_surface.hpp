@@ -62,8 +62,10 @@ struct RobustFit {
 
 /// Fits a surface robustly, with the weights of Tukey's biweight after each of `rounds` fits: values far from
 /// it count less, and those beyond 4.7 robust sigmas not at all. least_sigma: the robust sigma is no smaller,
-/// in units of what the weights say. Nothing if a fit fails.
+/// in units of what the weights say. guesses: more values, which keep their weights, and say nothing of
+/// sigma. Nothing if a fit fails.
 std::optional<RobustFit> fit_robustly(SplineSurface& surface, std::span<const SeenValue> values,
-                                      double smoothing, int rounds, double least_sigma = 1e-9);
+                                      double smoothing, int rounds, double least_sigma = 1e-9,
+                                      std::span<const SeenValue> guesses = {});
 
 }  // namespace symrig::calibration

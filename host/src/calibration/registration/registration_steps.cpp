@@ -101,7 +101,8 @@ Result<void> add_ghost(const GhostPlace& where, std::span<std::vector<Radiance>>
 
 namespace {
 
-/// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
+/// [cells] Of edge_blur(). From here on, or from kLeastPixels, both blurs are measured: it is what edges show
+/// of a blur of 0.09, if pixels are small.
 constexpr double kLeastBlur = 0.02;
 constexpr double kLeastBlurOfViews = 0.2;
 /// [pixels] Edges that lie on the borders of pixels, in whole rows of them, show as much without any blur.
