@@ -167,12 +167,14 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
   if (!summary.camera_missing.empty())
     all.push_back("pictures have the projector's cells, not the camera's pixels: " + summary.camera_missing);
   if (summary.camera && summary.camera->unjudged > 0)
-    all.push_back(fmt::format(
-        "{} of {} rows of camera pixels are of dead pixels, or of pixels that are clipped in photographs that "
-        "light them: they are partly a guess, which the estimated errors hold in part; expose for less, or calibrate again if the "
-        "scene has changed",
-        grouped(static_cast<double>(summary.camera->unjudged)),
-        grouped(static_cast<double>(summary.camera->rows))));
+    all.push_back(
+        fmt::format("{} of {} rows of camera pixels are of dead pixels, or of pixels that are clipped in "
+                    "photographs that "
+                    "light them: they are partly a guess, which the estimated errors hold in part; expose "
+                    "for less, or calibrate again if the "
+                    "scene has changed",
+                    grouped(static_cast<double>(summary.camera->unjudged)),
+                    grouped(static_cast<double>(summary.camera->rows))));
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
     all.push_back(
         fmt::format("held-out photographs find {} leaves wrong that could not be split; the estimated errors "

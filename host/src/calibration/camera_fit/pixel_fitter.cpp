@@ -94,8 +94,8 @@ FittedRow PixelFitter::fitted() const {
 double PixelFitter::light_of(const PixelLight& pixel) {
   prior_.of_pixel(pixel.footprint, brightness(), foretold_, sigma_);
   rest_.noalias() = x_ * foretold_;
-  // In units of the cell's light: 1 ± 1 before any photograph, because a pixel that is clipped whenever it is lit
-  // has none but dark ones.
+  // In units of the cell's light: 1 ± 1 before any photograph, because a pixel that is clipped whenever it is
+  // lit has none but dark ones.
   constexpr double kDarkest = 0.1, kBrightest = 10;
   double both = 1, squares = 1;
   const double floor = std::pow(kFloor * brightness(), 2);

@@ -299,8 +299,7 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
     axis.edges = find_edges(axis);
     if (axis.edges.size() < kFewestEdges) return {};  // the decoded cells must do
     if (round > 0) axis.smoothing = best_smoothing(axis);
-    const auto fit =
-        fit_to(axis.surface, axis, axis.edges, axis.smoothing, kRobustRounds);
+    const auto fit = fit_to(axis.surface, axis, axis.edges, axis.smoothing, kRobustRounds);
     if (!fit) return too_few(axis.cells.size(), pixels_.camera());
     axis.left_out = fit->left_out;
   }
