@@ -96,7 +96,7 @@ double PixelFitter::light_of(const PixelLight& pixel) {
   rest_.noalias() = x_ * foretold_;
   // In units of the cell's light: 1 ± 1 before any photograph, because a pixel that is clipped whenever it is
   // lit has none but dark ones.
-  constexpr double kDarkest = 0.1, kBrightest = 10;
+  constexpr double kLeast = 0.1, kMost = 10;
   double both = 1, squares = 1;
   const double floor = std::pow(kFloor * brightness(), 2);
   for (Index j = 0; j < x_.rows(); ++j) {
@@ -105,7 +105,7 @@ double PixelFitter::light_of(const PixelLight& pixel) {
     both += weight * static_cast<double>(pixel.mean[j]) * rest_(j);
     squares += weight * rest_(j) * rest_(j);
   }
-  return brightness() * std::clamp(both / squares, kDarkest, kBrightest);
+  return brightness() * std::clamp(both / squares, kLeast, kMost);
 }
 
 FittedRow PixelFitter::fit(const PixelLight& pixel) {
