@@ -128,6 +128,11 @@ void SharedPixels::add(const Photograph& photograph, std::span<const float> scal
       sum += tau[j];
     }
     const float per_tau = sum > 0 ? 1 / sum : 0.F, beyond = light * light - kOfNoise * noise;
+    // Without noise, black pixels have squares that are too small for floats, or planes that are too steep.
+    if (!std::isfinite(per_tau) || !std::isfinite(sum) || !std::isfinite(beyond)) {
+      std::ranges::fill(of_parts, Excess());
+      return;
+    }
     for (std::size_t j = 0; j < parts.size(); ++j) {
       const float share = tau[j] * per_tau, weight = parts[j].weight;
       of_parts[j] = {weight * share * light, weight * weight * share * (1 - share) * beyond};
