@@ -289,8 +289,7 @@ typedef int (*symrig_on_capture)(const symrig_capture_progress* progress, void* 
  *   resume=on             continue an interrupted capture from its log, if there is one
  *   keep_log=on           do not delete the log at the end
  *   cells=on              leave out the camera's own pixels (docs/file-format.md, Camera pixels)
- *   fit_seconds=S         most seconds that the computer takes for these; if it is too little, the log stays
- * for a later call
+ *   fit_seconds=S         most computing seconds for these; with too few, the log stays for a later call
  *
  * on_progress may be null. tensor may be null if output is not.
  * fails: bad_argument (options; a log is in the way; the rig is in use), unknown_name, interrupted (the log

@@ -168,11 +168,8 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
     all.push_back("pictures have the projector's cells, not the camera's pixels: " + summary.camera_missing);
   if (summary.camera && summary.camera->unjudged > 0)
     all.push_back(
-        fmt::format("{} of {} rows of camera pixels are of dead pixels, or of pixels that are clipped in "
-                    "photographs that "
-                    "light them: they are partly a guess, which the estimated errors hold in part; expose "
-                    "for less, or calibrate again if the "
-                    "scene has changed",
+        fmt::format("{} of {} rows of camera pixels are partly a guess: their pixels are dead, or clipped "
+                    "where they are lit; expose for less, or calibrate again if the scene has changed",
                     grouped(static_cast<double>(summary.camera->unjudged)),
                     grouped(static_cast<double>(summary.camera->rows))));
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))

@@ -137,8 +137,9 @@ struct CameraLook {
 /// cells sees both, and its share of each tells where the border crosses it. That is 5 to 25 times as precise
 /// as the decoded cells. The map is a spline (bicubic, fourth differences penalised), fitted robustly, so it
 /// covers shadows and dark texture. In larger dark parts it is a guess: a perspective map with distortion.
-/// Its smoothness is the one that predicts left-out edges best. photographs: one of each pattern, in order;
-/// black subtracted. fails: size_mismatch; bad_value (too few pixels see the stripes).
+/// Its smoothness is the one that predicts left-out edges best.
+/// photographs: one of each pattern, in order; black subtracted.
+/// fails: size_mismatch; bad_value (too few pixels see the stripes).
 Result<std::vector<CameraLook>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs);
 
 }  // namespace symrig

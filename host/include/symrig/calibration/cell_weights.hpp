@@ -90,7 +90,8 @@ class CellWeights {
   /// without a valid pixel is not valid. The variance is that of independent pixels, of light whose cell is
   /// uncertain, and of such pixels in a core or an area: by how much the others differ, and up to all
   /// flood-lit light. Neighbouring cells share pixels and their noise. With cores, superposition holds as far
-  /// as the planes describe the light. fails: size_mismatch.
+  /// as the planes describe the light.
+  /// fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
   /// Divides all cells that the weights give by these values, one for each cell and above 0: the gain ratio.

@@ -61,7 +61,7 @@ struct CameraFacts {
   double seconds = 0;  ///< that the fit took on the host
   /// From photographs that were held out; none: none were.
   std::optional<ErrorEstimate> errors = {};
-  std::int64_t unjudged = 0;  ///< rows that the errors leave out
+  std::int64_t unjudged = 0;  ///< rows that the errors hold in part: CameraErrors::unjudged
 };
 
 /// The facts of `symrig capture --json` beside the tensor. Times are seconds on the host, unless stated.

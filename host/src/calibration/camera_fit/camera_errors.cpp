@@ -312,8 +312,8 @@ Result<double> variance_ratio(const SeenCells& seen, const CameraTransport& came
 }
 
 /// What no scatter shows: light that held-out photographs see through the same rows, pixels without a valid
-/// photograph, and noise that is stated to some per cent. On 42 benches of random scenes and geometries,
-/// estimates of many samples were up to an eighth of the error away.
+/// photograph, and noise that is stated to some per cent. Without it, 21 of 25 intervals of the flood-lit
+/// scene held on bench A (docs/research/camera-pixels.md).
 void widen(const TransportErrors& value, TransportErrors& half_width) {
   constexpr double kSystematic = 0.125;
   using E = TransportErrors;

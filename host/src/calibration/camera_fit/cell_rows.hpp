@@ -44,8 +44,8 @@ class CellRows {
   static constexpr int radius = 2, side = 2 * radius + 1;
   using Near = std::array<float, std::size_t{side} * side>;
 
-  /// seen: of each cell, whether the camera sees it; nothing: all. bases, values: those of the channel are
-  /// added. The values are halves, as CameraTransport has them, so
+  /// seen: of each cell, whether the camera sees it; nothing: all.
+  /// bases, values: those of the channel are added. The values are halves, as CameraTransport has them, so
   /// what is fitted to them is not rounded later.
   /// work: may stop it.  throws: Stopped.
   static Result<CellRows> make(const TransportTensor& tensor, int channel, std::span<const std::uint8_t> seen,

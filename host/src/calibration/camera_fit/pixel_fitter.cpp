@@ -92,20 +92,20 @@ FittedRow PixelFitter::fitted() const {
 }
 
 double PixelFitter::light_of(const PixelLight& pixel) {
-  prior_.of_pixel(pixel.footprint, brightness(), foretold_, sigma_);
+  prior_.of_pixel(pixel.footprint, prior_.brightness(), foretold_, sigma_);
   rest_.noalias() = x_ * foretold_;
   // In units of the cell's light: 1 ± 1 before any photograph, because a pixel that is clipped whenever it is
   // lit has none but dark ones.
   constexpr double kLeast = 0.1, kMost = 10;
   double both = 1, squares = 1;
-  const double floor = std::pow(kFloor * brightness(), 2);
+  const double floor = std::pow(kFloor * prior_.brightness(), 2);
   for (Index j = 0; j < x_.rows(); ++j) {
     if (!(pixel.weight[j] > 0)) continue;
     const double weight = 1 / (1 / static_cast<double>(pixel.weight[j]) + floor);
     both += weight * static_cast<double>(pixel.mean[j]) * rest_(j);
     squares += weight * rest_(j) * rest_(j);
   }
-  return brightness() * std::clamp(both / squares, kLeast, kMost);
+  return prior_.brightness() * std::clamp(both / squares, kLeast, kMost);
 }
 
 FittedRow PixelFitter::fit(const PixelLight& pixel) {

@@ -58,8 +58,6 @@ class PixelFitter {
   /// The flood-lit light of a pixel whose flood-lit photographs are clipped or missing: with it, the row of
   /// its cell is nearest to its other photographs. Without any: that of its cell.
   double light_of(const PixelLight& pixel);
-  /// Of the cell.
-  double brightness() const { return prior_.brightness(); }
   FittedRow fit(const PixelLight& pixel);
   /// The same, and searches for light that nothing foretells, if a few cells explain nearly all that the row
   /// does not.

@@ -174,44 +174,41 @@ Grid shape_lattice(Grid camera, int longer_side) {
 }
 
 MapShape shape_of(Grid camera, const Look& look, Grid cells, const std::function<bool(Point)>& known) {
-  MapShape shape;
-  const Grid lattice = shape_lattice(camera, kLattice);
-  const auto at = [&](int row, int col) {
-    return Point{(row + 0.5) * camera.rows / lattice.rows, (col + 0.5) * camera.cols / lattice.cols};
-  };
-  shape.rest = Image<float>(lattice, 3);
-  std::vector<SeenCoordinate> seen;
   // Of a few bright spots, nobody can tell a shape: then the guess counts as well.
-  constexpr int kFewest = 60;
-  int on_cells = 0, known_points = 0;
-  const auto looks_at_cells = [&](const Point& to) {
-    return to.row >= 0 && to.col >= 0 && to.row <= cells.rows && to.col <= cells.cols;
+  constexpr std::size_t kFewest = 60;
+  struct Seen {
+    int row, col;  // on the lattice
+    Point from, to;
+    bool known;
   };
+  const Grid lattice = shape_lattice(camera, kLattice);
+  std::vector<Seen> seen;
   for (int row = 0; row < lattice.rows; ++row)
     for (int col = 0; col < lattice.cols; ++col) {
-      if (!looks_at_cells(look(at(row, col)))) continue;
-      ++on_cells;
-      known_points += !known || known(at(row, col)) ? 1 : 0;
+      const Point from{(row + 0.5) * camera.rows / lattice.rows, (col + 0.5) * camera.cols / lattice.cols};
+      const Point to = look(from);
+      if (!(to.row >= 0 && to.col >= 0 && to.row <= cells.rows && to.col <= cells.cols)) continue;
+      seen.push_back({row, col, from, to, !known || known(from)});
     }
-  for (int row = 0; row < lattice.rows; ++row)
-    for (int col = 0; col < lattice.cols; ++col) {
-      const Point from = at(row, col), to = look(from);
-      if (!looks_at_cells(to) || (known && known_points >= kFewest && !known(from))) continue;
-      seen.push_back({from, StripeAxis::rows, to.row});
-      seen.push_back({from, StripeAxis::columns, to.col});
-      shape.rest.at(row, col, 2) = 1;
-    }
+  MapShape shape;
+  const auto known_points = static_cast<std::size_t>(std::ranges::count(seen, true, &Seen::known));
+  if (!seen.empty()) shape.guessed = 1 - static_cast<double>(known_points) / static_cast<double>(seen.size());
+  if (known_points >= kFewest) std::erase_if(seen, [](const Seen& one) { return !one.known; });
+  std::vector<SeenCoordinate> coordinates;
+  for (const Seen& one : seen) {
+    coordinates.push_back({one.from, StripeAxis::rows, one.to.row});
+    coordinates.push_back({one.from, StripeAxis::columns, one.to.col});
+  }
   PerspectiveMap map(camera);
-  map.fit(seen);
-  for (int row = 0; row < lattice.rows; ++row)
-    for (int col = 0; col < lattice.cols; ++col) {
-      if (shape.rest.at(row, col, 2) == 0) continue;
-      const Point to = look(at(row, col)), straight = map.look(at(row, col));
-      shape.rest.at(row, col, 0) = static_cast<float>(to.row - straight.row);
-      shape.rest.at(row, col, 1) = static_cast<float>(to.col - straight.col);
-    }
+  map.fit(coordinates);
+  shape.rest = Image<float>(lattice, 3);
+  for (const Seen& one : seen) {
+    const Point straight = map.look(one.from);
+    shape.rest.at(one.row, one.col, 0) = static_cast<float>(one.to.row - straight.row);
+    shape.rest.at(one.row, one.col, 1) = static_cast<float>(one.to.col - straight.col);
+    shape.rest.at(one.row, one.col, 2) = 1;
+  }
   map.describe(cells, shape);
-  if (on_cells > 0) shape.guessed = 1 - static_cast<double>(known_points) / on_cells;
   shape.parallax = calibration::parallax_of(shape.rest);
   return shape;
 }

@@ -90,11 +90,12 @@ void RegisteredProbe::watch_motion(MotionWatch watch, std::int64_t every, double
 
 namespace {
 
-/// The comparison is linear in the motion.
-std::string cells_away(double cells, double sigma) {
+/// The comparison is linear in the motion: it says little of a far one.
+std::string cells_away(const Motion& motion) {
   constexpr double kFarthest = 0.1;
-  if (std::abs(cells) > kFarthest) return fmt::format("more than {:.1f} cells", kFarthest);
-  return fmt::format("{:+.3f} (± {:.1g}) cells", cells, sigma);
+  if (motion.distance() > kFarthest) return fmt::format("more than {:.1f} cells", kFarthest);
+  return fmt::format("{:+.3f} cells along the rows and {:+.3f} along the columns (± {:.1g})", motion.row,
+                     motion.col, motion.sigma);
 }
 
 }  // namespace
@@ -106,10 +107,9 @@ Result<void> RegisteredProbe::check_motion() {
   if (again_) return move_to_new_place();
   return Error{
       ErrorCode::fault,
-      fmt::format("the rig has moved since its registration, or its scene, light or focus has changed, or "
-                  "photographs are late: stripes lie {} along the rows and {} along the columns away, and "
-                  "{:.3g} is allowed",
-                  cells_away(motion.row, motion.sigma), cells_away(motion.col, motion.sigma), most_),
+      fmt::format("stripes lie {} from where they were registered, and {:.3g} is allowed: the rig has moved, "
+                  "the scene, light or focus is another one, or photographs are late",
+                  cells_away(motion), most_),
       "fasten all; put back what has changed, or calibrate again and capture anew"};
 }
 
