@@ -92,8 +92,8 @@ namespace {
 
 /// The comparison is linear in the motion: it says little of a far one.
 std::string cells_away(const Motion& motion) {
-  constexpr double kFarthest = 0.1;
-  if (motion.distance() > kFarthest) return fmt::format("more than {:.1f} cells", kFarthest);
+  constexpr double kFarthest = 0.02;
+  if (motion.distance() > kFarthest) return fmt::format("more than {:.2g} cells", kFarthest);
   return fmt::format("{:+.3f} cells along the rows and {:+.3f} along the columns (± {:.1g})", motion.row,
                      motion.col, motion.sigma);
 }
