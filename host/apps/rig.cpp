@@ -6,6 +6,7 @@
 #include "symrig/base/text.hpp"
 #include "symrig/job/rig_by_name.hpp"
 
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -42,8 +43,9 @@ Result<OpenedRig> open_rig_to_calibrate(const std::string& rig) {
   return symrig::open_rig_to_calibrate(rig, not_interrupted);
 }
 
-Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration) {
-  return symrig::open_rig(rig, registration, not_interrupted);
+Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration, double max_seconds) {
+  constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+  return symrig::open_rig(rig, registration, not_interrupted, max_seconds > 0 ? max_seconds : kNoLimit);
 }
 
 void add_registration(CLI::App& command, std::string& registration) {

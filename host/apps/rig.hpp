@@ -19,7 +19,8 @@ namespace symrig::apps {
 /// The functions of symrig/job/rig_by_name.hpp. Ctrl-C ends their waiting.
 Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> exposures = {});
 Result<OpenedRig> open_rig_to_calibrate(const std::string& rig);
-Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration);
+/// max_seconds: of the capture; 0: no limit.
+Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration, double max_seconds = 0);
 
 /// Adds `--registration FILE`.
 void add_registration(CLI::App& command, std::string& registration);

@@ -17,6 +17,7 @@ from scene_content import content
 GROOVE = "sim:vgroove-textured?size=24x28&drift=0.05&dead=0.01"
 GUMMY = "sim:gummy?size=20x17&channels=3"
 PLANNED = "sim:vgroove-mixed?size=16x16&exposures=auto"
+DIM = "sim:gummy?size=16x16&light=0.05"  # a budget of seconds ends its exposures
 SAME = ("patterns", "frames", "patterns_per_level", "leaves_per_level", "tensor_bytes", "stopped_by", "error_per_level", "estimated_error")
 
 
@@ -70,7 +71,7 @@ def same(folder, rig, budgets):
 
 
 def goes_on(folder):
-    for rig in (GROOVE, GUMMY, PLANNED):
+    for rig in (GROOVE, GUMMY, PLANNED, DIM):
         whole = folder.done(rig, "whole")
         n = whole["patterns"]
         folder.clear()

@@ -78,6 +78,16 @@ def test_colour_photographs_of_python(colour):
     assert np.array_equal(scene.to_numpy(), colour.to_numpy())
 
 
+def test_seconds_are_those_of_each_capture():
+    with symrig.open_rig("sim:gummy?size=32x32") as rig:
+        spent = [symrig.capture(rig, max_seconds=3).facts["rig_seconds"] for _ in range(2)]
+    assert all(2 < seconds <= 3 for seconds in spent), spent
+    dim = symrig.capture("sim:gummy?size=32x32&light=0.05", max_seconds=6, check_axis=True).facts
+    assert dim["rig_seconds"] <= 6 and dim["patterns"] > 20, dim
+    with pytest.raises(symrig.LimitError, match="max_seconds 0.01 is too little"):
+        symrig.capture("sim:gummy?size=32x32", max_seconds=0.01)
+
+
 def test_views_of_python():
     """A fixed bracket: what a capture expects of a photograph does not reach a rig of Python, and would change the exposures."""
     name = "sim:views2?size=24x20&exposures=4"

@@ -269,7 +269,7 @@ Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
   const CaptureJob job = job_of(arguments, options, memory, watch);
   if (const auto free = check_job(job); !free) return hint_in_command_words(free.error());
-  SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration));
+  SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration, options.max_seconds));
   if (const Result<void> fits = check_rig(options, *rig.probe); !fits) return in_command_words(fits.error());
   const std::string held = scene_to_replace(job, rig);
   const Result<CaptureOutcome> outcome =

@@ -123,7 +123,9 @@ py::tuple capture_by_name(const std::string& name, const std::string& registrati
                           const py::dict& options, py::object progress) {
   CaptureJob job = job_of(output, options);
   check_files(job, name, registration);
-  const std::unique_ptr<RigInUse> rig = open_rig_by_name(name, registration);
+  const double most =
+      job.options.max_seconds > 0 ? job.options.max_seconds : std::numeric_limits<double>::infinity();
+  const std::unique_ptr<RigInUse> rig = open_rig_by_name(name, registration, most);
   return run(std::move(job), options, *rig, std::move(progress));
 }
 

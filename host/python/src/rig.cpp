@@ -181,10 +181,12 @@ Turn::~Turn() {
   rig_.busy = false;
 }
 
-std::unique_ptr<RigInUse> open_rig_by_name(const std::string& rig, const std::string& registration) {
+std::unique_ptr<RigInUse> open_rig_by_name(const std::string& rig, const std::string& registration,
+                                           double most_seconds) {
   auto in_use = std::make_unique<RigInUse>();
   Caller& caller = *in_use->caller;
-  in_use->opened = caller.run([&] { return open_rig(rig, registration, caller.keep_waiting()); });
+  in_use->opened =
+      caller.run([&] { return open_rig(rig, registration, caller.keep_waiting(), most_seconds); });
   return in_use;
 }
 
@@ -210,7 +212,9 @@ void bind_rigs(py::module_& module) {
       .def("measure", measure)
       .def("errors", errors)
       .def("close", close);
-  module.def("open_rig", open_rig_by_name);
+  module.def("open_rig", [](const std::string& rig, const std::string& registration) {
+    return open_rig_by_name(rig, registration, std::numeric_limits<double>::infinity());
+  });
   module.def("rig_of_probe", rig_of_probe);
 }
 

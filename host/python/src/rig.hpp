@@ -35,7 +35,9 @@ class Turn {
 };
 
 /// Opens the rig RIG by its name; registration: a file, or empty.  fails (Failure): as open_rig.
-std::unique_ptr<RigInUse> open_rig_by_name(const std::string& rig, const std::string& registration);
+/// most_seconds: RigOptions.
+std::unique_ptr<RigInUse> open_rig_by_name(const std::string& rig, const std::string& registration,
+                                           double most_seconds);
 /// A symrig.Probe of Python as a rig.  fails (Failure): as PythonProbe.
 std::unique_ptr<RigInUse> rig_of_probe(pybind11::object probe);
 

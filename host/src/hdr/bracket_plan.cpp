@@ -97,12 +97,16 @@ constexpr int kSearched = 3;                   // largest number of frames that 
 constexpr double kFree = 0.1;                  // exposures are made longer for up to this share of the cost
 
 /// Candidate exposures [s], shortest first.
-std::vector<double> candidates(const ExposureRules& rules, double longest_seconds) {
-  const double longest = std::min(seconds(rules.max_exposure), longest_seconds) * (1 + 1e-9);
+std::vector<double> candidates(const ExposureRules& rules, const Expectation& expected) {
+  const double period = seconds(rules.whole_periods);
+  const double first = period > 0 ? std::max(1.0, std::ceil(seconds(rules.min_exposure) / period - 1e-9)) : 0;
+  const double shortest = period > 0 ? first * period : seconds(rules.min_exposure);
+  const double in_time =
+      std::max(shortest, expected.most_seconds - seconds(rules.each_frame + rules.each_wait));
+  const double longest =
+      std::min({seconds(rules.max_exposure), expected.longest_seconds, in_time}) * (1 + 1e-9);
   std::vector<double> all;
-  if (rules.whole_periods.count() > 0) {
-    const double period = seconds(rules.whole_periods);
-    const double first = std::max(1.0, std::ceil(seconds(rules.min_exposure) / period - 1e-9));
+  if (period > 0) {
     double n = first;
     while (n * period <= longest) {
       all.push_back(n * period);
@@ -110,7 +114,7 @@ std::vector<double> candidates(const ExposureRules& rules, double longest_second
     }
     return all;
   }
-  double t = seconds(rules.min_exposure);
+  double t = shortest;
   while (t <= longest) {
     all.push_back(t);
     t *= kStep;
@@ -130,7 +134,11 @@ class Planner {
  public:
   Planner(const Expectation& expected, const LightPath& path, const NoiseModel& noise,
           const ExposureRules& rules)
-      : noise_(noise), rules_(rules), parts_(expected.parts.size()), budget_(expected.longest_seconds) {
+      : noise_(noise),
+        rules_(rules),
+        parts_(expected.parts.size()),
+        budget_(expected.longest_seconds),
+        most_(expected.most_seconds) {
     for (std::size_t p = 0; p < parts_; ++p) {
       double pixels = 0;
       for (const ExpectedLight& light : expected.parts[p].lights) pixels += light.pixels;
@@ -141,7 +149,7 @@ class Planner {
             {rate + path.black / path.scale, rate * rate, light.pixels / (pixels * allowed), p});
       }
     }
-    times_ = candidates(rules, budget_);
+    times_ = candidates(rules, expected);
     for (const double t : times_)
       for (const Level& level : levels_)
         information_.push_back(exposure_information(noise, level.rate, t, rules.headroom));
@@ -162,6 +170,12 @@ class Planner {
  private:
   double cost(std::size_t e) const { return times_[e] + seconds(rules_.each_frame); }
 
+  /// Whether one more frame than those chosen fits, if all of them cost so much. One always does.
+  bool in_time(double price) const {
+    const auto frames = static_cast<double>(chosen_.size() + 1);
+    return chosen_.empty() || price + frames * seconds(rules_.each_wait) <= most_;
+  }
+
   /// Mean square noise / wanted noise of the worst part.
   double misses(const std::vector<double>& known) const {
     std::vector<double> sums(parts_);
@@ -180,7 +194,7 @@ class Planner {
   void search(const std::vector<double>& known, double spent, std::size_t from, int left) {
     for (std::size_t e = from; e < times_.size(); ++e) {
       const double price = spent + cost(e);
-      if (price >= best_cost_ || exposure_sum(e) > budget_) break;
+      if (price >= best_cost_ || exposure_sum(e) > budget_ || !in_time(price)) break;
       std::vector<double> more = known;
       add(e, more);
       chosen_.push_back(e);
@@ -203,12 +217,13 @@ class Planner {
   /// or no time is left.
   BracketPlan add_one_by_one() {
     std::vector<double> known(levels_.size()), times;
-    double left = budget_;
+    double left = budget_, left_of_all = most_;
     double now = std::numeric_limits<double>::infinity();
     while (now > 1 && std::ssize(times) < rules_.most_frames) {
       std::optional<std::size_t> choice;
       double gain = 0, after = now;
       for (std::size_t e = 0; e < times_.size() && times_[e] <= left; ++e) {
+        if (!times.empty() && cost(e) + seconds(rules_.each_wait) > left_of_all) break;
         std::vector<double> more = known;
         add(e, more);
         const double missed = misses(more);
@@ -224,6 +239,7 @@ class Planner {
       add(*choice, known);
       times.push_back(times_[*choice]);
       left -= times_[*choice];
+      left_of_all -= cost(*choice) + seconds(rules_.each_wait);
       now = after;
     }
     if (times.empty()) times.push_back(times_.front());
@@ -274,6 +290,7 @@ class Planner {
       t = seconds(plan.exposures.back());
     }
     plan.noise = misses_of(times);
+    plan.held_short = std::isfinite(most_) && plan.noise > 1;
     return plan;
   }
 
@@ -283,6 +300,7 @@ class Planner {
   const ExposureRules& rules_;
   std::size_t parts_;
   double budget_;  // longest sum of exposures [s]
+  double most_;    // longest sum of exposures and readouts [s]
   std::vector<Level> levels_;
   std::vector<double> times_;
   std::vector<double> information_;  // [candidate][level]
@@ -313,7 +331,28 @@ Result<void> check(const Expectation& expected, const LightPath& path, const Noi
   return {};
 }
 
+/// Of whole_most_seconds().
+constexpr double kSteps = 8;                    // an octave
+constexpr int kShortest = -80, kLongest = 143;  // 1 ms, 67 hours: no photograph takes less, or more
+
+int steps_of(double most_seconds) {
+  if (!(most_seconds > std::exp2(kShortest / kSteps))) return kShortest;
+  return static_cast<int>(std::min<double>(kLongest, std::floor(kSteps * std::log2(most_seconds) + 1e-6)));
+}
+
 }  // namespace
+
+double whole_most_seconds(double seconds) {
+  return std::exp2(steps_of(seconds) / kSteps);
+}
+
+std::int32_t Expectation::budget_note(bool held_short) const {
+  if (!held_short) return coarser_steps;
+  // Both in one number; a step of coarseness is far from one of time.
+  constexpr std::int32_t kNotes = kLastNote - kHeldShort + 1, kFar = 37;
+  static_assert(kLongest - kShortest < kNotes);
+  return kHeldShort + (steps_of(most_seconds) - kShortest + kFar * coarser_steps) % kNotes;
+}
 
 double exposure_information(const NoiseModel& noise, double rate, double seconds, double headroom) {
   const double electrons = rate * seconds;

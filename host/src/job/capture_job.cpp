@@ -47,6 +47,28 @@ class WatchedProbe final : public ForwardingProbe {
   SeePhotographs see_;
 };
 
+/// A probe whose photographs of what nobody foresees end in time. It changes nothing of a rig that does not
+/// plan its exposures.
+class BriefProbe final : public ForwardingProbe {
+ public:
+  /// inner must outlive this. seconds: of each photograph, and of photographs of the dark projector.
+  BriefProbe(Probe& inner, double seconds)
+      : ForwardingProbe(inner),
+        brief_{.parts = {}, .most_seconds = whole_most_seconds(seconds), .black_seconds = seconds} {}
+
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return measure_expected(patterns, std::vector<Expectation>(patterns.size(), brief_));
+  }
+
+ private:
+  Result<std::vector<Radiance>> seen(std::span<const Pattern> /*patterns*/,
+                                     Result<std::vector<Radiance>> photographs) override {
+    return photographs;
+  }
+
+  Expectation brief_;
+};
+
 }  // namespace
 
 }  // namespace symrig::job
@@ -93,8 +115,12 @@ Result<double> flicker_of(Probe& rig) {
 }
 
 /// Eight photographs are compared: a lamp that flickers looks like light that goes one way, and so does a
-/// picture that is mirrored or late. What the algorithm has not judged by then is judged here.
-Result<void> check_axis(Probe& rig, const CaptureSettings& settings, const Progress& progress) {
+/// picture that is mirrored or late. What the algorithm has not judged by then is judged here. Of a budget of
+/// seconds, each takes a fiftieth at most.
+Result<void> check_axis(Probe& probe, const CaptureSettings& settings, const Progress& progress) {
+  constexpr double kShare = 1.0 / 50;
+  job::BriefProbe brief(probe, kShare * settings.max_seconds);
+  Probe& rig = settings.max_seconds > 0 && probe.plans_exposures(1) ? static_cast<Probe&>(brief) : probe;
   if (!settings.economy.checks && !settings.unchecked) SYMRIG_CHECK(check_light_of_rig(rig, progress));
   Result<void> checked = require_coaxial(rig, {.progress = progress});
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
@@ -128,6 +154,7 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
                     [&registered](const Radiance& photograph) { return registered.to_cells(photograph); },
                     [&registered](std::int64_t photographs) { registered.forget(photographs); }, *cells});
   }
+  const ProbeCost before = rig.cost_before();
   std::optional<LoggedProbe> logged;
   if (log != nullptr) logged.emplace(rig, *log, rig.together(), development);
   Probe& measuring = logged ? static_cast<Probe&>(*logged) : rig;
@@ -150,7 +177,7 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
                          .dual_threshold = settings.dual_threshold,
                          .target_error = settings.target_error,
                          .noise = opened.noise,
-                         .cost = probe.cost(),
+                         .cost = logged ? probe.cost() : probe.cost() - before,
                          .measure_seconds = watch.seconds() - result.process_seconds,
                          .total_seconds = job.watch.seconds(),
                          .peak_memory_bytes = peak_memory(),
@@ -358,6 +385,9 @@ Result<CaptureSettings> check_job(const CaptureJob& job) {
 
 Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
   SYMRIG_CHECK(check_rig(job.options, *rig.probe));
+  if (job.fit_seconds && !wants_own_pixels(job, rig))
+    return Error{ErrorCode::bad_argument, "fit_seconds has no effect where no camera pixels are fitted",
+                 "leave it out"};
   return check_symmetric(rig, job.options.algorithm);
 }
 

@@ -58,6 +58,7 @@ Result<OpenedRig> open_linked(const RigDescription& file) {
     options.retakes = own.retakes;
     options.device_patience = own.device_patience;
     options.keep_waiting = own.keep_waiting;
+    options.most_seconds = own.most_seconds;
   };
   SYMRIG_TRY(auto paired, open_simulated_pairs(std::move(pairs), file.pair_layout, file.options.keep_waiting,
                                                std::move(hooks)));
@@ -253,7 +254,7 @@ Result<OpenedRig> open_rig_to_calibrate(const std::string& rig, const KeepWaitin
 }
 
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration,
-                           const KeepWaiting& keep_waiting) {
+                           const KeepWaiting& keep_waiting, double most_seconds) {
   std::optional<RigDescription> described;
   if (is_rig_file(rig)) {
     SYMRIG_TRY(described, read_checked(rig));
@@ -261,9 +262,11 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
   const std::string file = registration.empty() && described ? described->registration : registration;
   const bool again = described && described->registers_again;
   const bool colour = described && described->colour;
-  const auto open = [&] {
-    return described ? open_described(*std::move(described), keep_waiting)
-                     : open_bare_rig(rig, {}, keep_waiting);
+  const auto limit = [most_seconds](RigOptions& options) { options.most_seconds = most_seconds; };
+  const auto open = [&]() -> Result<OpenedRig> {
+    if (!described) return open_with(rig, limit, keep_waiting, RigUse::capture);
+    limit(described->options);
+    return open_described(*std::move(described), keep_waiting);
   };
   if (file.empty()) return open();
   // The file first: it takes no time, and the devices may.

@@ -159,6 +159,11 @@ std::vector<std::string> capture_warnings(const CaptureSummary& summary, const C
   if (const std::int64_t brute = result.tensor.projector_grid().size(); result.patterns > brute)
     all.push_back(fmt::format("{} photographs more than brute force needs; algorithm symrig never takes more",
                               grouped(static_cast<double>(result.patterns - brute))));
+  if (!result.estimated && default_economy(summary.algorithm).checks && result.stopped_by != "done")
+    all.push_back(
+        fmt::format("{} ended the capture before photographs could be held out, so none of its errors "
+                    "is known; give more",
+                    result.stopped_by));
   const bool missed = summary.target_error > 0 && result.stated_error().value_or(0) > summary.target_error;
   if (missed && result.stopped_by == "done")
     all.push_back(fmt::format(

@@ -138,6 +138,7 @@ Expectation expected_black(const Radiance& black, const Expectation& of_photogra
   Expectation expected;
   expected.parts.push_back({lights.lights(), kShareOfBlack * photographs * least_noise(of_photographs)});
   expected.longest_seconds = of_photographs.longest_seconds / (kShareOfBlack * photographs);
+  expected.most_seconds = of_photographs.black_seconds / photographs;
   return expected;
 }
 

@@ -25,6 +25,12 @@ namespace {
 /// this many photographs at once.
 constexpr std::size_t kPlaneBatch = 32;
 
+/// What metering and the first photograph of the dark projector may take of a budget of seconds.
+constexpr double kMeteringShare = 1.0 / 20, kBlackShare = 1.0 / 4;
+
+/// Short frames for which there must be time in a photograph of the dark projector.
+constexpr double kFewestBlackFrames = 4;
+
 }  // namespace
 
 Rig::Rig(RigOptions options) : options_(std::move(options)) {}
@@ -57,13 +63,24 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
   SYMRIG_TRY(timing_, taker_->timing());
   if (shows_planes()) options_.batch = std::max(options_.batch, kPlaneBatch);
   SYMRIG_CHECK(meter());
-  SYMRIG_CHECK(photograph_black());
+  const RigTime metered = taker_->time();
+  const std::int64_t frames = taker_->frames();
+  SYMRIG_CHECK(photograph_black(first_black()));
+  const double waits = taker_->time().camera + taker_->time().projector - metered.camera - metered.projector;
+  if (taker_->frames() > frames)
+    frame_waits_ = Nanoseconds{std::llround(1e9 * waits / static_cast<double>(taker_->frames() - frames))};
   for (std::string& warning : taker_->projector().warnings()) taker_->warn(std::move(warning));
   SYMRIG_CHECK(check_shown_planes());
   shown_ = 0;
   if (options_.reference_every > 0)
     lamp_ = std::make_unique<LampLog>(options_.reference_every, options_.lamp_drift);
   return {};
+}
+
+/// The seconds that a part of the opening may take. Without a budget of seconds, or with exposures that the
+/// user has chosen, as long as it takes.
+double Rig::seconds_to_open(double share) const {
+  return planned() ? share * options_.most_seconds : std::numeric_limits<double>::infinity();
 }
 
 /// Bit planes are checked with light when the projector was opened, the first time and each time after. A
@@ -120,11 +137,15 @@ const RigTrouble& Rig::trouble() const {
 
 /// Takes a wide bracket of the flood-lit scene, the shortest frame first, in a run for each. It ends with the
 /// first frame that saturates: longer ones show little, and would take more time than all others of a short
-/// capture.
+/// capture. In a dark room none does; then a budget of seconds ends it.
 Result<TakenBracket> Rig::metering_bracket(const Exposures& trial) {
   const Pattern flood(grid(), 1, 1.F);
   TakenBracket all;
+  double left = seconds_to_open(kMeteringShare);
   for (const Nanoseconds exposure : trial) {
+    left -= seconds(exposure);
+    opened_short_ = left < 0;
+    if (opened_short_ && !all.frames.empty()) break;
     const Exposures one{exposure};
     SYMRIG_TRY(auto taken, taker_->take({&flood, 1}, {&one, 1}));
     std::ranges::move(taken[0].frames, std::back_inserter(all.frames));
@@ -172,13 +193,43 @@ Result<void> Rig::meter() {
   return {};
 }
 
-Result<void> Rig::photograph_black() {
+/// The exposures of the first photograph of the dark projector. If exposures are planned, better ones follow
+/// where they are needed (refine_black(), and choose() if nothing is foreseen). So the longest is left out,
+/// and what a budget has no seconds for.
+Exposures Rig::first_black() {
+  constexpr std::ptrdiff_t kEnough = 3;
+  if (!planned()) return exposures_;
+  Exposures bracket(exposures_.begin(), exposures_.begin() + std::min(kEnough, std::ssize(exposures_)));
+  double left = seconds_to_open(kBlackShare);
+  std::size_t count = 0;
+  while (count < bracket.size() && (left -= seconds(bracket[count])) >= 0) ++count;
+  opened_short_ = opened_short_ || count < bracket.size();
+  bracket.resize(std::max<std::size_t>(1, count));
+  if (count == 0) {
+    const Nanoseconds longest{std::llround(1e9 * seconds_to_open(kBlackShare))};
+    bracket.front() = std::max(shortest_exposure(options_, timing_), longest);
+  }
+  return bracket;
+}
+
+Result<void> Rig::photograph_black(const Exposures& bracket) {
   if (options_.black_photographs <= 0) return {};
   const std::size_t count = planned() ? 1 : options_.black_photographs;
   const std::vector<Pattern> dark(count, Pattern(grid()));
-  SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, exposures_), nullptr));
+  black_.reset();
+  const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
+  SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, bracket), nullptr));
+  shown_ = shown;
   SYMRIG_TRY(black_, average(photographs));
+  black_exposures_ = bracket.size();
   return {};
+}
+
+/// By the first photograph of the dark projector, whose frames wait as those of others do.
+ExposureRules Rig::rules_with_waits() const {
+  ExposureRules rules = exposure_rules(options_, taker_->camera(), timing_);
+  rules.each_wait = std::max(Nanoseconds{0}, frame_waits_ - rules.each_frame);
+  return rules;
 }
 
 /// Photographs black again if its error is too large for the expectation. All photographs share this error.
@@ -186,10 +237,19 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   const Camera& camera = taker_->camera();
   const double wanted = least_noise(expected);
   if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
-  const std::size_t count = options_.black_photographs;
-  const Expectation dark = expected_black(*black_, expected, options_.black_photographs);
-  SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(),
-                                                  exposure_rules(options_, camera, timing_)));
+  // With as few seconds again, the photographs would be no better.
+  if (black_seconds_ > 0 && expected.black_seconds < 2 * black_seconds_) return {};
+  const ExposureRules rules = rules_with_waits();
+  // In few seconds, fewer photographs leave more light to each; in fewer still, none is better than these.
+  const double least = kFewestBlackFrames * seconds(rules.each_frame + rules.each_wait + rules.min_exposure);
+  int count = options_.black_photographs;
+  while (count > 1 && expected.black_seconds / count < least) count /= 2;
+  if (expected.black_seconds < least) {
+    black_seconds_ = least;
+    return {};
+  }
+  const Expectation dark = expected_black(*black_, expected, count);
+  SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(), rules));
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   black_.reset();
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
@@ -201,6 +261,7 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   shown_ = shown;
   SYMRIG_TRY(black_, average(photographs));
   black_for_ = wanted;
+  black_seconds_ = plan.held_short ? expected.black_seconds : 0;
   return {};
 }
 
@@ -208,7 +269,8 @@ Result<void> Rig::refine_black(const Expectation& expected) {
 Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
                                            std::span<const Expectation> expected) {
   std::vector<Exposures> brackets(patterns.size(), exposures_);
-  if (!planned() || exposures_.size() == 1) return brackets;
+  held_short_ = opened_short_ || black_seconds_ > 0;
+  if (!planned() || options_.reading->exact()) return brackets;
   if (!expected.empty() && expected.size() != patterns.size())
     return Error{ErrorCode::size_mismatch,
                  fmt::format("{} patterns, but {} expectations", patterns.size(), expected.size())};
@@ -216,12 +278,19 @@ Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
   // metering.
   std::vector<const Expectation*> expectation(patterns.size(), nullptr);
   for (std::size_t i = 0; i < patterns.size(); ++i) {
+    if (!expected.empty() && expected[i].parts.empty()) {
+      flood_lit_.most_seconds = expected[i].most_seconds;
+      flood_lit_.black_seconds = expected[i].black_seconds;
+    }
     if (!expected.empty()) expectation[i] = expected[i].parts.empty() ? &flood_lit_ : &expected[i];
     if (expectation[i] != nullptr && expectation[i]->parts.empty()) expectation[i] = nullptr;
-    if (expectation[i] != nullptr) SYMRIG_CHECK(refine_black(*expectation[i]));
+    if (expectation[i] != nullptr)
+      SYMRIG_CHECK(refine_black(*expectation[i]));
+    else if (std::isinf(black_for_) && black_exposures_ < exposures_.size())
+      SYMRIG_CHECK(photograph_black(exposures_));
   }
   const LightPath path{options_.scale, black_level(black_)};
-  const ExposureRules rules = exposure_rules(options_, taker_->camera(), timing_);
+  const ExposureRules rules = rules_with_waits();
   std::vector<Result<BracketPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t i) {
     if (expectation[i] != nullptr)
@@ -230,6 +299,7 @@ Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
   for (std::size_t i = 0; i < plans.size(); ++i) {
     if (expectation[i] == nullptr) continue;
     if (!plans[i].ok()) return plans[i].error();
+    held_short_ = held_short_ || black_seconds_ > 0 || plans[i]->held_short;
     brackets[i] = std::move(plans[i]->exposures);
   }
   return brackets;

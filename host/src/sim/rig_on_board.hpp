@@ -68,6 +68,7 @@ class RigOnBoard : public Interface {
     return rig_->measure(patterns);
   }
   bool plans_exposures(std::size_t photographs) const final { return rig_->plans_exposures(photographs); }
+  bool held_short() const final { return rig_->held_short(); }
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) final {
     return rig_->measure_expected(patterns, expected);

@@ -2,6 +2,8 @@
 #include "dense_scene.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/sim/scene.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 #include "workbench.hpp"
 
 #include <algorithm>
@@ -111,6 +113,65 @@ TEST_F(Budget, time_on_the_clock_of_the_rig_is_never_exceeded) {
       EXPECT_EQ(result->stopped_by, "max_seconds");
       EXPECT_LE(evaluate(result->tensor, scene.truth())->flood, 0.01);
     }
+}
+
+/// A planned photograph of a dim scene takes seconds, and black light fills its frames. The opening of the
+/// rig counts, and so do the photographs of the dark projector.
+TEST(BudgetOfSeconds, is_kept_by_a_rig_that_plans_its_exposures) {
+  for (const std::string scene : {"gummy", "mirror", "random"})
+    for (const char* light : {"", "light=0.1", "light=0.01", "black=0.02", "black=0.1"})
+      for (const double most : {1.0, 3.0, 10.0}) {
+        const std::string uri = "sim:" + scene + "?size=32x32&" + light;
+        SCOPED_TRACE(uri + " in " + std::to_string(most));
+        VirtualRigHooks hooks;
+        hooks.options = [most](RigOptions& rig_options) { rig_options.most_seconds = most; };
+        const auto rig = open_virtual_rig(uri, hooks);
+        ASSERT_TRUE(rig.ok());
+        CaptureOptions options;
+        options.max_seconds = most;
+        const auto result = capture(**rig, options);
+        ASSERT_TRUE(result.ok()) << result.error().line();
+        EXPECT_LE((*rig)->cost().rig_seconds, most);
+        EXPECT_TRUE(result->stopped_by != "max_seconds" || (*rig)->cost().rig_seconds > 0.75 * most)
+            << (*rig)->cost().rig_seconds;
+        ASSERT_TRUE(result->estimated);
+        if (std::isnan(result->estimated->frobenius)) {
+          EXPECT_FALSE(result->estimate_not_given.empty());
+          continue;
+        }
+        // The interval holds in 95 %; three times as wide it always does.
+        const TransportErrors errors = *evaluate(
+            result->tensor,
+            [&](const Image<float>& p) -> Result<Image<float>> { return (*rig)->truth().apply(p); });
+        EXPECT_NEAR(result->estimated->frobenius, errors.frobenius,
+                    3 * result->estimated_half_width.frobenius);
+      }
+}
+
+TEST(BudgetOfSeconds, that_ends_before_the_first_photograph_is_refused) {
+  const auto rig = open_virtual_rig("sim:gummy?size=16x16");
+  ASSERT_TRUE(rig.ok());
+  CaptureOptions options;
+  options.max_seconds = 0.01;
+  const auto refused = capture(**rig, options);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::limit);
+  EXPECT_TRUE(refused.error().what.starts_with("max_seconds 0.01 is too little")) << refused.error().what;
+  EXPECT_TRUE(refused.error().hint.starts_with("give ")) << refused.error().line();
+}
+
+TEST(BudgetOfSeconds, is_that_of_each_capture_of_a_rig) {
+  const auto rig = open_virtual_rig("sim:gummy?size=32x32");
+  ASSERT_TRUE(rig.ok());
+  CaptureOptions options;
+  options.max_seconds = 4;
+  ASSERT_TRUE(capture(**rig, options).ok());
+  const double first = (*rig)->cost().rig_seconds;
+  const auto second = capture(**rig, options);
+  ASSERT_TRUE(second.ok());
+  EXPECT_LE((*rig)->cost().rig_seconds - first, 4);
+  EXPECT_GT((*rig)->cost().rig_seconds - first, 3);
+  EXPECT_LT(second->estimated->frobenius, 0.1);
 }
 
 /// Light between pixels goes to near ones most of all, and only the last levels see it. So a budget is spent

@@ -302,15 +302,15 @@ TEST_F(PhotographLogFile, keeps_by_how_much_a_budget_raised_the_noise) {
   {
     const auto log = *create_photograph_log(path(), budgeted);
     for (const std::int32_t steps : {0, 3, 11}) {
-      log->note_coarser(steps);
+      log->note_budget(steps);
       append(*log, entries_[0]);
     }
   }
   const auto log = *open_photograph_log(path(), budgeted);
   ASSERT_EQ(log->size(), 3);
-  EXPECT_EQ(log->coarser(0), 0);
-  EXPECT_EQ(log->coarser(1), 3);
-  EXPECT_EQ(log->coarser(2), 11);
+  EXPECT_EQ(log->budget_note(0), 0);
+  EXPECT_EQ(log->budget_note(1), 3);
+  EXPECT_EQ(log->budget_note(2), 11);
   EXPECT_TRUE(log->budgeted(2));
   expect_holds(*log, 2, entries_[0]);
 }

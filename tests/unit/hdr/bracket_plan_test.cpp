@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -123,6 +125,56 @@ TEST(BracketPlan, RepeatsWhatOneWellCannotHoldAndSaysWhatTimeDidNotAllow) {
   EXPECT_LE(sum, 0.1);
   EXPECT_NEAR(hasty->noise, noise_of(expected.parts[0], hasty->exposures) / 1e-8, 1e-6 * hasty->noise);
   EXPECT_GT(hasty->noise, 1);
+}
+
+/// kSensor reads out as long as ExposureRules::each_frame says.
+double seconds_of(const BracketPlan& plan, const ExposureRules& rules) {
+  double sum = 0;
+  for (const Nanoseconds t : plan.exposures) sum += seconds(t + rules.each_frame);
+  return sum;
+}
+
+TEST(BracketPlan, EndsInTheSecondsThatABudgetLeaves) {
+  ExposureRules rules;
+  rules.each_frame = 20ms;
+  Expectation expected = one_part({{0.1, 1000}, {1e-4, 1000}}, 1e-4);
+  const auto free = plan_bracket(expected, kPath, kSensor, rules);
+  ASSERT_TRUE(free.ok());
+  EXPECT_FALSE(free->held_short);
+  for (const double most : {0.5, 0.1, 0.03}) {
+    expected.most_seconds = most;
+    const auto plan = plan_bracket(expected, kPath, kSensor, rules);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_LE(seconds_of(*plan, rules), most);
+    EXPECT_TRUE(plan->held_short) << most;
+    EXPECT_GT(plan->noise, 1);
+  }
+  // Enough seconds change nothing; with none there is one frame.
+  expected.most_seconds = 2 * seconds_of(*free, rules);
+  const auto enough = plan_bracket(expected, kPath, kSensor, rules);
+  EXPECT_EQ(enough->exposures, free->exposures);
+  EXPECT_FALSE(enough->held_short);
+  expected.most_seconds = 0;
+  const auto none = plan_bracket(expected, kPath, kSensor, rules);
+  EXPECT_EQ(none->exposures, std::vector{rules.min_exposure});
+}
+
+TEST(BracketPlan, NotesABudgetThatEndedTheExposures) {
+  Expectation expected;
+  expected.coarser_steps = 3;
+  EXPECT_EQ(expected.budget_note(false), 3);
+  std::set<std::int32_t> notes;
+  for (const double most : {1e-9, 0.01, 1.0, 1.2, 60.0, 3000.0, 1e9})
+    for (const int steps : {0, 1, 19}) {
+      expected.most_seconds = whole_most_seconds(most);
+      expected.coarser_steps = steps;
+      EXPECT_LE(expected.most_seconds, std::max(most, whole_most_seconds(0)));
+      EXPECT_GE(expected.budget_note(true), Expectation::kHeldShort);
+      EXPECT_LE(expected.budget_note(true), Expectation::kLastNote);
+      notes.insert(expected.budget_note(true));
+      EXPECT_EQ(whole_most_seconds(expected.most_seconds), expected.most_seconds);
+    }
+  EXPECT_EQ(notes.size(), 21U);
 }
 
 TEST(BracketPlan, BlackLightFillsTheWellToo) {

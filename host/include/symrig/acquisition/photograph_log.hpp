@@ -69,10 +69,10 @@ class PhotographLog {
 
   /// True if photograph k was taken by a capture with a budget: with a larger one it may ask for another.
   virtual bool budgeted([[maybe_unused]] std::int64_t k) const { return false; }
-  /// Expectation::coarser_steps of the photographs that are appended next, and of photograph k. A log that
+  /// Expectation::budget_note() of the photographs that are appended next, and of photograph k. A log that
   /// keeps no notes on budgets has none.
-  virtual void note_coarser([[maybe_unused]] std::int32_t steps) {}
-  virtual std::int32_t coarser([[maybe_unused]] std::int64_t k) const { return 0; }
+  virtual void note_budget([[maybe_unused]] std::int32_t note) {}
+  virtual std::int32_t budget_note([[maybe_unused]] std::int64_t k) const { return 0; }
   /// The capture asks for another photograph number `differs` than the log holds. Forgets the photographs
   /// from number `first` on, if a smaller budget chose them; a file keeps them until the next append_run().
   /// fails: bad_format (why they are kept: the log is as it was).
@@ -159,7 +159,8 @@ class LoggedProbe final : public Probe {
       : inner_(inner),
         log_(log),
         development_(std::move(development)),
-        together_(together > 0 ? together : 1) {}
+        together_(together > 0 ? together : 1),
+        begun_(inner.cost_before()) {}
 
   Grid grid() const override { return inner_.grid(); }
   Grid camera_grid() const override { return inner_.camera_grid(); }
@@ -178,7 +179,7 @@ class LoggedProbe final : public Probe {
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) override;
   /// Photographs answered from the log count as they did when they were taken; setting up the rig again
-  /// (metering, black) does not count again.
+  /// (metering, black) does not count again, nor do captures before this one.
   ProbeCost cost() const override;
   std::size_t together() const override { return together_; }
   bool computes() const override { return inner_.computes(); }
@@ -208,6 +209,7 @@ class LoggedProbe final : public Probe {
   bool measuring_ = false;   // the log is used up: inner_ answers
   ProbeCost replayed_cost_;  // by the last photograph that was replayed
   ProbeCost before_;         // of inner_ when it took over
+  ProbeCost begun_;          // of inner_ by captures before this one
   TakenSome taken_;
 };
 

@@ -24,6 +24,15 @@ struct ProbeCost {
   double merge_seconds = 0;      ///< host time spent on merging frames
 };
 
+inline ProbeCost operator+(const ProbeCost& a, const ProbeCost& b) {
+  return {a.photographs + b.photographs, a.frames + b.frames, a.rig_seconds + b.rig_seconds,
+          a.simulate_seconds + b.simulate_seconds, a.merge_seconds + b.merge_seconds};
+}
+inline ProbeCost operator-(const ProbeCost& a, const ProbeCost& b) {
+  return {a.photographs - b.photographs, a.frames - b.frames, a.rig_seconds - b.rig_seconds,
+          a.simulate_seconds - b.simulate_seconds, a.merge_seconds - b.merge_seconds};
+}
+
 /// The one interface that everything meets at: a simulated scene, a real rig, a recorded capture and a remote
 /// rig all are a Probe.
 class Probe {
@@ -66,6 +75,10 @@ class Probe {
     return measure(patterns);
   }
 
+  /// True if a budget of seconds, and not the wanted noise, ended the exposures of a photograph in the last
+  /// measure_expected(), or those of the dark projector that it relies on.
+  virtual bool held_short() const { return false; }
+
   /// Photographs that are worth asking for at once where each is logged. More than one pays where photographs
   /// are computed in parallel, or where patterns share pictures (bit planes). A rig loses as many when the
   /// process dies (docs/photograph-log.md).
@@ -82,6 +95,8 @@ class Probe {
   virtual void tell(const TakenSome& /*taken*/) {}
 
   virtual ProbeCost cost() const = 0;
+  /// The cost that a capture which begins now has not caused: none of a rig that has only been opened.
+  ProbeCost cost_before() const { return cost().photographs > 0 ? cost() : ProbeCost{}; }
 
   /// Called once, before the first measure(), if this capture was begun in another session that has spent
   /// this much. A real rig has nothing to do. A simulated one goes on from there with its noise and its
@@ -116,6 +131,7 @@ class ForwardingProbe : public Probe {
   int channels() const override { return inner_.channels(); }
   double residual_shift() const override { return inner_.residual_shift(); }
   bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
+  bool held_short() const override { return inner_.held_short(); }
   std::size_t together() const override { return inner_.together(); }
   bool computes() const override { return inner_.computes(); }
   void tell(const TakenSome& taken) override { inner_.tell(taken); }

@@ -35,6 +35,7 @@ class RegisteredProbe final : public Probe {
   /// fails: also size_mismatch (the registration is of another camera).
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   bool plans_exposures(std::size_t photographs) const override { return rig_.plans_exposures(photographs); }
+  bool held_short() const override { return rig_.held_short(); }
   /// expected: of the cells. A camera pixel may be noisier than its cell.
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) override;

@@ -6,6 +6,7 @@
 #include "symrig/hdr/noise_model.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,23 @@ struct Expectation {
   std::vector<ExpectedPart> parts;
   /// The longest allowed sum of the exposures of this photograph [s]. It has priority over the wanted noise.
   double longest_seconds = 10;
-  /// Steps by which a budget of seconds has raised the wanted noise. A log keeps them: a capture with another
-  /// budget wants another photograph of the same pattern.
+  /// The longest that the photograph may take, with readouts and waits of its frames [s]: what a budget of
+  /// seconds leaves for it. It has priority over longest_seconds. One frame is taken in any case.
+  double most_seconds = std::numeric_limits<double>::infinity();
+  /// The same of all photographs of the dark projector that it may have to wait for.
+  double black_seconds = std::numeric_limits<double>::infinity();
+  /// Steps by which a budget of seconds has raised the wanted noise.
   std::int32_t coarser_steps = 0;
+
+  /// What a log keeps of the budget: a capture with another one wants another photograph of the same pattern.
+  /// coarser_steps; from kHeldShort on, also that most_seconds ended the exposures, and how long it was.
+  std::int32_t budget_note(bool held_short) const;
+  static constexpr std::int32_t kHeldShort = 32, kLastNote = 255;
 };
+
+/// Budgets that are nearly the same want the same photographs, so most_seconds are whole steps of an eighth
+/// of an octave, from 1 ms to 67 hours. The longest such time of at most `seconds`, or 1 ms.
+double whole_most_seconds(double seconds);
 
 /// A histogram of radiances, four bins an octave from 2⁻⁶⁰ to 2²⁰; darker values count as 0.
 class LightHistogram {
@@ -66,6 +80,9 @@ struct ExposureRules {
   Nanoseconds whole_periods{0};
   /// The cost of a frame besides its exposure: readout, transfer, memory, merging.
   Nanoseconds each_frame{500'000'000};
+  /// What a frame takes besides that and its exposure: it waits for the projector. Only
+  /// Expectation::most_seconds counts it.
+  Nanoseconds each_wait{0};
   int most_frames = 64;
   /// The plan uses a frame only for pixels up to saturation / headroom.
   double headroom = 1.25;
@@ -81,6 +98,8 @@ struct BracketPlan {
   std::vector<Nanoseconds> exposures;  ///< shortest first
   /// Mean square noise of the worst part / the wanted noise: at most 1 if the plan meets it.
   double noise = 0;
+  /// Expectation::most_seconds kept it from the wanted noise.
+  bool held_short = false;
 };
 
 /// Information [s²/e⁻²] of one exposure of t seconds about a rate: t² / Var, 0 if it saturates.

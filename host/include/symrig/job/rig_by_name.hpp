@@ -12,6 +12,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -57,10 +58,11 @@ Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> expos
 Result<OpenedRig> open_rig_to_calibrate(const std::string& rig, const KeepWaiting& keep_waiting);
 
 /// The same, with photographs on the projector's cells. It notices if the rig has moved. registration:
-/// the file to use; empty: the one that the rig file names, if any.
+/// the file to use; empty: the one that the rig file names, if any. most_seconds: RigOptions.
 /// fails: as open_bare_rig, load_registration and RegisteredProbe::make.
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration,
-                           const KeepWaiting& keep_waiting);
+                           const KeepWaiting& keep_waiting,
+                           double most_seconds = std::numeric_limits<double>::infinity());
 
 /// As open_rig, for simulated rigs only. These know the exact transport.
 Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig);

@@ -60,6 +60,9 @@ struct RigOptions {
   double lamp_drift = 0.02;  ///< expected relative change of the lamp over 1,000 photographs, one sigma
   LedgerOptions ledger;      ///< when a frame is trusted
   int retakes = 5;           ///< of one photograph, before the rig reports an error
+  /// What the capture that opens the rig may take in all [s]. If exposures are planned, those of the opening
+  /// take 0.3 of it at most.
+  double most_seconds = std::numeric_limits<double>::infinity();
   /// After a run, the rig stops waiting after this time without a frame.
   Nanoseconds frame_patience{1'000'000'000};
   /// After the last expected frame, the rig waits this long for an extra frame. An extra frame puts the
@@ -161,6 +164,7 @@ class Rig final : public Probe {
     return measure_expected(patterns, {});
   }
   bool plans_exposures(std::size_t /*photographs*/) const override { return planned(); }
+  bool held_short() const override { return held_short_; }
   /// With bit planes, a run of the board takes many photographs.
   std::size_t together() const override;
   bool computes() const override { return false; }
@@ -194,8 +198,11 @@ class Rig final : public Probe {
 
   Result<void> begin(std::unique_ptr<DeviceSet> devices);
   Result<void> meter();
+  double seconds_to_open(double share) const;
   Result<TakenBracket> metering_bracket(const Exposures& trial);
-  Result<void> photograph_black();
+  Exposures first_black();
+  ExposureRules rules_with_waits() const;
+  Result<void> photograph_black(const Exposures& bracket);
   Result<void> refine_black(const Expectation& expected);
   bool shows_planes() const;
   bool planned() const { return options_.exposures == 0; }
@@ -215,8 +222,13 @@ class Rig final : public Probe {
   Exposures exposures_;
   std::optional<Radiance> black_;
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
-  Expectation flood_lit_;                                       // from metering, if exposures are planned
-  std::unique_ptr<LampLog> lamp_;                               // none: photographs are not divided
+  std::size_t black_exposures_ = 0;                             // of the last photograph that was not planned
+  double black_seconds_ = 0;       // it was ended by so few seconds; 0: it is as good as was wanted
+  Nanoseconds frame_waits_{0};     // what a frame of the first black took besides its exposure
+  bool opened_short_ = false;      // a budget of seconds ended metering or the first black
+  bool held_short_ = false;        // of the last photographs
+  Expectation flood_lit_;          // from metering, if exposures are planned
+  std::unique_ptr<LampLog> lamp_;  // none: photographs are not divided
   std::optional<std::int64_t> planes_checked_;  // after so many times that it was opened again
   std::int64_t shown_ = 0;                      // photographs since open(), references included
   std::int64_t photographs_ = 0;                // returned to the caller

@@ -72,8 +72,8 @@ class FileLog final : public PhotographLog {
   Radiance kept(Radiance photograph) const override;
   Result<ProbeCost> spent(std::int64_t k) const override;
   bool budgeted(std::int64_t k) const override { return place(k).budgeted; }
-  void note_coarser(std::int32_t steps) override { coarser_steps_ = steps; }
-  std::int32_t coarser(std::int64_t k) const override { return place(k).coarser_steps; }
+  void note_budget(std::int32_t note) override { budget_note_ = note; }
+  std::int32_t budget_note(std::int64_t k) const override { return place(k).budget_note; }
   Result<void> forget(std::int64_t first, std::int64_t differs) override;
 
  private:
@@ -82,11 +82,11 @@ class FileLog final : public PhotographLog {
     std::uint64_t bytes;
     std::uint32_t crc;
     bool budgeted;
-    std::int32_t coarser_steps;
+    std::int32_t budget_note;
   };
   static Place place_of(std::uint64_t offset, std::uint32_t crc, const Record& record) {
     return {offset, record.size(), crc, acquisition::record_budgeted(record),
-            acquisition::record_coarser(record)};
+            acquisition::record_budget_note(record)};
   }
   const Place& place(std::int64_t k) const { return records_[k]; }
   Result<void> check_forgetting(std::int64_t differs);
@@ -110,7 +110,7 @@ class FileLog final : public PhotographLog {
   HeadState head_;
   std::uint64_t end_;  ///< of the last photograph that counts; behind it the file may hold damaged bytes
   std::vector<Place> records_;
-  std::int32_t coarser_steps_ = 0;
+  std::int32_t budget_note_ = 0;
   Record written_;  // the last one; kept for its memory
   SyncTimer sync_timer_;
 };
@@ -200,7 +200,7 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
   for (std::size_t k = 0; k < patterns.size(); ++k) {
     acquisition::encode_record(
         shape_, patterns[k], photographs[k],
-        {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted, coarser_steps_}, written_);
+        {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted, budget_note_}, written_);
     auto written = append_record(written_);
     if (written) continue;
     records_.resize(before);

@@ -81,16 +81,6 @@ std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels, std::opt
 
 namespace {
 
-ProbeCost operator+(const ProbeCost& a, const ProbeCost& b) {
-  return {a.photographs + b.photographs, a.frames + b.frames, a.rig_seconds + b.rig_seconds,
-          a.simulate_seconds + b.simulate_seconds, a.merge_seconds + b.merge_seconds};
-}
-
-ProbeCost operator-(const ProbeCost& a, const ProbeCost& b) {
-  return {a.photographs - b.photographs, a.frames - b.frames, a.rig_seconds - b.rig_seconds,
-          a.simulate_seconds - b.simulate_seconds, a.merge_seconds - b.merge_seconds};
-}
-
 /// A log keeps whatever it is given, and its checksums only say that it kept it. What is used must be
 /// numbers.
 bool photograph_ok(const Radiance& photograph) {
@@ -140,7 +130,8 @@ Result<void> PhotographLog::cut(std::int64_t /*first*/) {
 /// Nothing if the log holds another photograph here.
 Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern, const Expectation* expected) {
   SYMRIG_TRY(const Pattern logged, log_.pattern(replayed_));
-  const bool as_long = expected == nullptr || expected->coarser_steps == log_.coarser(replayed_);
+  const std::int32_t note = log_.budget_note(replayed_);
+  const bool as_long = expected == nullptr || note == expected->budget_note(note >= Expectation::kHeldShort);
   if (logged != pattern || !as_long) return std::optional<Radiance>();
   SYMRIG_TRY(Radiance photograph, log_.photograph(replayed_));
   SYMRIG_TRY(replayed_cost_, log_.spent(replayed_));
@@ -208,7 +199,7 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
     const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
     SYMRIG_TRY(std::vector<Radiance> answers,
                take(few, expected.empty() ? expected : expected.subspan(first, few.size())));
-    log_.note_coarser(expected.empty() ? 0 : expected[first].coarser_steps);
+    log_.note_budget(expected.empty() ? 0 : expected[first].budget_note(inner_.held_short()));
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
     // A capture that is continued sees what the log holds, so this one must see it too. Not what the log
     // would make of that: to round twice is another rounding.
@@ -253,8 +244,8 @@ Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Patt
 }
 
 ProbeCost LoggedProbe::cost() const {
-  if (!measuring_) return replayed_ > 0 ? replayed_cost_ : inner_.cost();
-  return replayed_ > 0 ? replayed_cost_ + (inner_.cost() - before_) : inner_.cost();
+  if (replayed_ == 0) return inner_.cost() - begun_;
+  return measuring_ ? replayed_cost_ + (inner_.cost() - before_) : replayed_cost_;
 }
 
 }  // namespace symrig

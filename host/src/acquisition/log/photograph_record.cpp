@@ -14,14 +14,14 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "records are little-endian and copied as they are");
 static_assert(sizeof(float) == 4 && sizeof(double) == 8);
 
-constexpr std::uint32_t kBinary = 0;         ///< a bit a pixel
-constexpr std::uint32_t kGrey = 1;           ///< a float a pixel
-constexpr std::uint32_t kBudgeted = 0x100;   ///< beside the kind: a capture with a budget took it
-constexpr std::uint32_t kCoarserShift = 16;  ///< and by how many steps its wanted noise was raised
-constexpr std::uint32_t kCoarser = 0xFFU << kCoarserShift;
+constexpr std::uint32_t kBinary = 0;        ///< a bit a pixel
+constexpr std::uint32_t kGrey = 1;          ///< a float a pixel
+constexpr std::uint32_t kBudgeted = 0x100;  ///< beside the kind: a capture with a budget took it
+constexpr std::uint32_t kNoteShift = 16;    ///< and Expectation::budget_note()
+constexpr std::uint32_t kNote = 0xFFU << kNoteShift;
 
-std::uint32_t budget_bits(std::int32_t coarser_steps) {
-  return kBudgeted | ((static_cast<std::uint32_t>(coarser_steps) << kCoarserShift) & kCoarser);
+std::uint32_t budget_bits(std::int32_t budget_note) {
+  return kBudgeted | ((static_cast<std::uint32_t>(budget_note) << kNoteShift) & kNote);
 }
 
 /// The fixed front of a record.
@@ -109,7 +109,7 @@ RecordFront front_of(std::span<const std::byte> record) {
 }
 
 std::uint32_t kind_of(std::span<const std::byte> record) {
-  return front_of(record).pattern_kind & ~(kBudgeted | kCoarser);
+  return front_of(record).pattern_kind & ~(kBudgeted | kNote);
 }
 
 template <class T>
@@ -157,7 +157,7 @@ void encode_record(const PhotographShape& shape, const Pattern& pattern, const R
                           note.spent.rig_seconds,
                           note.spent.simulate_seconds,
                           note.spent.merge_seconds,
-                          kind | (note.budgeted ? budget_bits(note.coarser_steps) : 0),
+                          kind | (note.budgeted ? budget_bits(note.budget_note) : 0),
                           note.left};
   Writer writer(record.data());
   writer.bytes(&front, sizeof front);
@@ -211,8 +211,8 @@ bool record_budgeted(std::span<const std::byte> record) {
   return (front_of(record).pattern_kind & kBudgeted) != 0;
 }
 
-std::int32_t record_coarser(std::span<const std::byte> record) {
-  return static_cast<std::int32_t>((front_of(record).pattern_kind & kCoarser) >> kCoarserShift);
+std::int32_t record_budget_note(std::span<const std::byte> record) {
+  return static_cast<std::int32_t>((front_of(record).pattern_kind & kNote) >> kNoteShift);
 }
 
 ProbeCost record_spent(std::span<const std::byte> record) {

@@ -32,9 +32,9 @@ Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> pa
 /// What a record says besides the photograph.
 struct RecordNote {
   ProbeCost spent;
-  std::uint32_t left = 0;          ///< photographs of the same run that follow
-  bool budgeted = false;           ///< PhotographLog::budgeted
-  std::int32_t coarser_steps = 0;  ///< PhotographLog::coarser; 0 to 255, and 0 without a budget
+  std::uint32_t left = 0;        ///< photographs of the same run that follow
+  bool budgeted = false;         ///< PhotographLog::budgeted
+  std::int32_t budget_note = 0;  ///< PhotographLog::budget_note; 0 to 255, and 0 without a budget
 };
 
 /// The photograph as bytes; both must have passed check_run with this shape.
@@ -66,7 +66,7 @@ std::size_t pattern_end(const PhotographShape& shape, std::size_t record_bytes);
 /// How many photographs of the same run follow.
 std::uint32_t record_left(std::span<const std::byte> record);
 bool record_budgeted(std::span<const std::byte> record);
-std::int32_t record_coarser(std::span<const std::byte> record);
+std::int32_t record_budget_note(std::span<const std::byte> record);
 ProbeCost record_spent(std::span<const std::byte> record);
 Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record);
 Radiance record_photograph(const PhotographShape& shape, std::span<const std::byte> record);

@@ -33,8 +33,7 @@ Budget::Limit Budget::of_user(double pace) const {
   if (options_.max_seconds > 0) {
     const double spent = photographer_.rig_seconds();
     const double each = pace * seconds_each();
-    const double more = each > 0 ? (options_.max_seconds - spent) / each : 0;
-    limit.tighten(static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)), "max_seconds");
+    limit.tighten(each > 0 ? photographer_.seconds_left().photographs(spent, each) : 0, "max_seconds");
   }
   return limit;
 }

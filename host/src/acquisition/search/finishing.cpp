@@ -78,9 +78,12 @@ Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
   const std::int64_t count = std::min(how.noisy ? std::max(kFewest, share) : 0, how.budget);
   const auto pixels = static_cast<std::int32_t>(facts_.tree.grid().size());
   photographer_.expect_later(kNoneToCome);
-  again_ = {photographer_.taken(), photographer_.taken() + count};
-  found_.patterns_per_level.push_back(count);
-  return photographer_.take("direct light", std::vector<LitBlocks>(count, LitBlocks{{0, pixels}}));
+  const std::int64_t first = photographer_.taken();
+  SYMRIG_CHECK(
+      photographer_.take_in_time("direct light", std::vector<LitBlocks>(count, LitBlocks{{0, pixels}})));
+  again_ = {first, photographer_.taken()};
+  found_.patterns_per_level.push_back(again_.last - again_.first);
+  return {};
 }
 
 /// What known transport may miss in a sample, mean square, by channel.
@@ -156,7 +159,10 @@ Result<void> Finishing::polish() {
 Result<void> Finishing::make_sure(std::int64_t budget, CaptureResult& result) {
   const auto share = static_cast<std::int64_t>(facts_.options.economy.check_share *
                                                static_cast<double>(photographer_.taken()));
-  const std::int64_t sets = std::min(sets_wanted(result), std::min(budget, share) / Checks::kFurther);
+  const std::int64_t in_time =
+      photographer_.seconds_left().photographs(photographer_.rig_seconds(), checks_->seconds_each());
+  const std::int64_t sets =
+      std::min(sets_wanted(result), std::min({budget, share, in_time}) / Checks::kFurther);
   if (sets <= 0) return {};
   photographer_.expect_later(kNoneToCome);
   SYMRIG_CHECK(checks_->take_further(sets, facts_.tree, photographer_));

@@ -106,10 +106,12 @@ ExposureForecast::ExposureForecast(const BlockTree& tree, const ExposureGoal& go
 }
 
 std::vector<Expectation> ExposureForecast::expect(std::span<const LitBlocks> patterns,
-                                                  std::span<const Preview> previews) const {
+                                                  std::span<const Preview> previews, SecondsEach most) const {
   std::vector<Expectation> expected(patterns.size());
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t k) {
     expected[k] = expect_one(patterns[k], previews.empty() ? nullptr : &previews[k]);
+    expected[k].most_seconds = most.photograph;
+    expected[k].black_seconds = most.black;
   });
   return expected;
 }

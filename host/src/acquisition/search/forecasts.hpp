@@ -45,9 +45,11 @@ double most_photographs(const LevelPlan& plan);
 /// Foresees nothing: for the first photograph of a capture, the flood-lit one.
 class FirstLook final : public Forecaster {
  public:
-  std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
-                                  std::span<const Preview> /*previews*/) const override {
-    return std::vector<Expectation>(patterns.size());
+  std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::span<const Preview> /*previews*/,
+                                  SecondsEach most) const override {
+    return std::vector<Expectation>(
+        patterns.size(),
+        Expectation{.parts = {}, .most_seconds = most.photograph, .black_seconds = most.black});
   }
 };
 
@@ -65,8 +67,8 @@ class ExposureForecast final : public Forecaster {
   /// From now on, pixels are known well enough with more noise.
   void coarsen(Coarseness coarseness) { coarseness_ = coarseness; }
 
-  std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
-                                  std::span<const Preview> previews) const override;
+  std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::span<const Preview> previews,
+                                  SecondsEach most) const override;
 
  private:
   Expectation expect_one(const LitBlocks& pattern, const Preview* preview) const;

@@ -25,9 +25,15 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+
+#include <fmt/format.h>
 
 namespace symrig::acquisition {
 namespace {
+
+// Shares of a budget of seconds: what is planned for; of that the flood-lit photograph, and the checks.
+constexpr double kPlanned = 0.99, kFloodShare = 1.0 / 12, kChecksShare = 1.0 / 6;
 
 /// More photographs than any log holds.
 constexpr std::size_t kEndless = std::size_t{1} << 40;
@@ -137,7 +143,9 @@ Result<void> Hierarchy::begin_forecast() {
 Result<void> Hierarchy::take_checks() {
   const bool asks = found_.any_open() || !options().unchecked;
   if (!options().economy.checks || !asks || budget_.left() < Checks::kCount) return {};
+  photographer_.seconds_left().may_spend(kChecksShare);
   SYMRIG_TRY(checks_, Checks::take(facts_.tree, photographer_));
+  photographer_.seconds_left().may_spend(1);
   found_.patterns_per_level.back() += Checks::kCount;
   return {};
 }
@@ -218,17 +226,30 @@ Result<void> Hierarchy::search_level(int level) {
     return sparseness_.worth_searching(level, photographs, later);
   });
   const double pace = tolerance_.pace();
-  const Budget::Limit budget = sparseness_.can_take_over() ? budget_.of_user(pace) : budget_.tightest(pace);
+  const bool can_take_over = sparseness_.can_take_over();
+  const auto limit = [&] {
+    const double from_now = search.photographs() > 0 ? 1 : pace;
+    return can_take_over ? budget_.of_user(from_now) : budget_.tightest(from_now);
+  };
+  // A round that the clock breaks off leaves out whatever comes last. One that is planned to be shorter
+  // leaves out what promises most, and another round uses what is left.
+  const auto surely_left = [&] {
+    constexpr double kSurely = 0.85;
+    const Budget::Limit now = limit();
+    const bool seconds = std::string_view(now.name) == "max_seconds";
+    return seconds ? static_cast<std::int64_t>(kSurely * static_cast<double>(now.left)) : now.left;
+  };
+  const char* const limited_by = limit().name;
   if (forecast_) forecast_->coarsen(tolerance_.of_exposures());
   if (!budget_.reopening()) budget_.begin_pace();
-  SYMRIG_TRY(std::vector<Tested> tested, search.run(budget.left));
+  SYMRIG_TRY(std::vector<Tested> tested, search.run(surely_left));
   if (search.given_up()) {
     found_.open[at] = std::move(unknown);
     accept_open(facts_, found_, checks());
     return {};
   }
   sparseness_.add(search.evidence(tested));
-  if (search.cut_short() && !budget_.reopening()) stopped_by_ = budget.name;
+  if (search.cut_short() && !budget_.reopening()) stopped_by_ = limited_by;
   NodeLevel none(facts_.tree, level, facts_.channels);  // single pixels have no children
   if (last || budget_.reopening())
     settle(facts_, found_.known, unknown, tested, last ? none : found_.open[at + 1]);
@@ -364,6 +385,16 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
   return result;
 }
 
+/// Nothing is known in less time than the first photograph takes.
+Result<void> check_begun_in_time(const CaptureSettings& options, double rig_seconds) {
+  if (options.max_seconds == 0 || rig_seconds <= options.max_seconds) return {};
+  return Error{ErrorCode::limit,
+               fmt::format("max_seconds {:.3g} is too little: the rig has taken {:.3g} s until its first "
+                           "photograph, so nothing is known of the scene",
+                           options.max_seconds, rig_seconds),
+               fmt::format("give {:.2g} s or more", 10 * rig_seconds)};
+}
+
 /// One view has one tree. For several views, the flood-lit photograph chooses how the tree cuts them.
 Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& options) {
   const BlockTree flat(probe.grid());
@@ -371,7 +402,11 @@ Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& option
   const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
   const FirstLook first_look;
   photographer.forecast_by(first_look);
+  if (options.max_seconds > 0) photographer.seconds_left().end_by(kPlanned * options.max_seconds);
+  photographer.seconds_left().may_spend(kFloodShare);
   SYMRIG_CHECK(photographer.take("flood-lit", flood));
+  photographer.seconds_left().may_spend(1);
+  SYMRIG_CHECK(check_begun_in_time(options, photographer.rig_seconds()));
   if (!algorithm_info(options.algorithm).splits_views || probe.views().count() == 1)
     return search_tree(probe, options, flat, photographer);
   SYMRIG_TRY(const Radiance photograph, options.log->photograph(0));

@@ -67,16 +67,16 @@ LevelSearch::Split LevelSearch::doubtful_and_predicted() const {
   return split;
 }
 
-Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
+Result<std::vector<Tested>> LevelSearch::run(const Left& left) {
   auto [doubtful, predicted] = doubtful_and_predicted();
   std::vector<Tested> tested;
   while (!doubtful.empty()) {
+    const std::int64_t budget = left();
     rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
     if (worth_ && !worth_(std::ssize(rounds_.back().shots), later().least)) return give_up();
     for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
-    budget -= std::ssize(rounds_.back().shots);
-    forecast_progress(budget);
+    forecast_progress(budget - std::ssize(rounds_.back().shots));
     SYMRIG_CHECK(photograph(rounds_.back()));
     SYMRIG_CHECK(subtract_again());
     tested = judge();
@@ -84,10 +84,18 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     const auto light = unknown_.diagonal_light(rounds_.back().tested);
     if (light.lit > 0 && rounds_.size() == 1)
       found_.beside = static_cast<float>(std::clamp(light.beside / light.lit, 0.0, 1.0));
-    doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
+    if (cut_short_ && !worth_another_round(left)) break;
+    cut_short_ = false;
+    doubtful = take_back();
   }
   for (const NodeIndex n : predicted) accept(n);
   return tested;
+}
+
+/// After a round that a budget cut: it may have taken less than was feared.
+bool LevelSearch::worth_another_round(const Left& left) const {
+  constexpr std::int64_t kFewest = 4, kShare = 16;  // of the level's photographs
+  return !rounds_.back().shots.empty() && left() >= std::max(kFewest, photographs() / kShare);
 }
 
 /// Nothing of this level is known.
@@ -238,13 +246,10 @@ Result<void> LevelSearch::photograph(Round& round) {
   std::vector<LitBlocks> patterns;
   for (const Shot& shot : round.shots) patterns.push_back(lit_ranges(shot));
   round.first = photographer_.taken();
-  found_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
   const std::size_t r = rounds_.size() - 1;
-  if (r == 0 && facts_.options.economy.direct_share > 0)
-    found_.level_light.emplace_back(unknown_.level(),
-                                    LogRange{round.first, round.first + std::ssize(round.shots)},
-                                    facts_.tree.order().size(), static_cast<std::size_t>(facts_.channels));
-  return photographer_.take(
+  if (r == 0) keep_direct_of(round);
+  photographer_.seconds_left().may_spend(share_of_seconds(round));
+  SYMRIG_TRY(const std::size_t taken, photographer_.take_in_time(
       "level " + std::to_string(unknown_.level()), patterns,
       [&](std::int64_t first, std::span<TreePhotograph> photographs) {
         subtract_and_record(r, first, photographs);
@@ -256,7 +261,51 @@ Result<void> LevelSearch::photograph(Round& round) {
           : [&](std::size_t first, std::span<Preview> previews) {
               const auto shots = std::span(round.shots).subspan(first, previews.size());
               preview(r, shots, std::span(patterns).subspan(first, previews.size()), previews);
-            });
+            }));
+  photographer_.seconds_left().may_spend(1);
+  found_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] +=
+      static_cast<std::int64_t>(taken);
+  return taken < patterns.size() ? leave_out_rest(round, taken) : Result<void>();
+}
+
+/// What this round may take of the budget of seconds that is left. Later levels need about as much for each
+/// of their photographs, but only a forecast says how many these are.
+double LevelSearch::share_of_seconds(const Round& round) const {
+  constexpr double kGenerous = 2, kMost = 0.95;
+  const auto shots = static_cast<double>(round.shots.size());
+  const UnitsToCome later = this->later();
+  const auto levels_left = static_cast<double>(facts_.tree.levels() - 2 - unknown_.level());
+  const double more = later.known() ? static_cast<double>(later.least) : levels_left * 2 * shots;
+  return std::min(kMost, kGenerous * shots / std::max(1.0, shots + more));
+}
+
+/// Blocks with themselves are tested in the first round: its photographs hold their direct light.
+void LevelSearch::keep_direct_of(const Round& round) {
+  if (facts_.options.economy.direct_share <= 0) return;
+  found_.level_light.emplace_back(unknown_.level(),
+                                  LogRange{round.first, round.first + std::ssize(round.shots)},
+                                  facts_.tree.order().size(), static_cast<std::size_t>(facts_.channels));
+}
+
+/// Only the first photographs of the round were taken. Nodes that the others would have lit are accepted
+/// untested, like those that a budget of patterns does not reach.
+Result<void> LevelSearch::leave_out_rest(Round& round, std::size_t taken) {
+  cut_short_ = true;
+  std::vector<char> dark(unknown_.block_count());
+  for (const Shot& shot : std::span(round.shots).subspan(taken))
+    for (const std::int32_t b : shot.blocks) dark[b] = 1;
+  round.shots.resize(taken);
+  std::erase_if(round.tested, [&](NodeIndex n) {
+    if (dark[node(n).row] == 0 && dark[node(n).col] == 0) return false;
+    accept(n);
+    return true;
+  });
+  const std::size_t r = rounds_.size() - 1;
+  if (r == 0 && !found_.level_light.empty() && found_.level_light.back().level == unknown_.level()) {
+    found_.level_light.pop_back();
+    keep_direct_of(round);
+  }
+  return subtract_again(r);
 }
 
 /// What photographs of round r will show: known transport and what other rounds measured, and the estimates
@@ -305,19 +354,21 @@ void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
   for (std::size_t other = 0; other < rounds_.size(); ++other)
     if (other != r) subtract_measured(rounds_[other].tested, shots, means);
   record(round.tested, shots, photographs);
-  // Blocks with themselves are tested in the first round: its photographs hold their direct light.
   if (r == 0 && facts_.options.economy.direct_share > 0)
     keep_direct(shots, photographs, found_.level_light.back());
 }
 
 /// The rounds before the last one, now that more is known of what shone into them.
 Result<void> LevelSearch::subtract_again() {
-  for (std::size_t r = rounds_.size() - 1; r-- > 0;)
-    SYMRIG_CHECK(photographer_.read(rounds_[r].first, std::ssize(rounds_[r].shots),
-                                    [&](std::int64_t first, std::span<TreePhotograph> photographs) {
-                                      subtract_and_record(r, first, photographs);
-                                    }));
+  for (std::size_t r = rounds_.size() - 1; r-- > 0;) SYMRIG_CHECK(subtract_again(r));
   return {};
+}
+
+Result<void> LevelSearch::subtract_again(std::size_t r) {
+  return photographer_.read(rounds_[r].first, std::ssize(rounds_[r].shots),
+                            [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+                              subtract_and_record(r, first, photographs);
+                            });
 }
 
 /// Direct light is unknown where a block with itself is tested.

@@ -33,9 +33,11 @@ class LevelSearch {
   LevelSearch(const SearchFacts& facts, Photographer& photographer, Findings& found, NodeLevel& unknown)
       : facts_(facts), photographer_(photographer), found_(found), unknown_(unknown) {}
 
-  /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
+  /// How many more patterns the budget has room for. A budget of seconds knows better after some.
+  using Left = std::function<std::int64_t()>;
+  /// Takes at most so many patterns; nodes that they do not reach are accepted untested, those that promise
   /// most first left out. Result: the tested nodes.  fails: as Probe::measure; limit (memory).
-  Result<std::vector<Tested>> run(std::int64_t budget);
+  Result<std::vector<Tested>> run(const Left& left);
   /// Asked with the photographs of each round before they are taken, and with those that later levels take at
   /// least. False leaves them: then no node of the level is known, and given_up() is true.
   using Worth = std::function<bool(std::int64_t photographs, std::int64_t later)>;
@@ -83,10 +85,15 @@ class LevelSearch {
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
+  double share_of_seconds(const Round& round) const;
+  void keep_direct_of(const Round& round);
+  Result<void> leave_out_rest(Round& round, std::size_t taken);
+  bool worth_another_round(const Left& left) const;
   void preview(std::size_t r, std::span<const Shot> shots, std::span<const LitBlocks> patterns,
                std::span<Preview> previews) const;
   void subtract_and_record(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
   Result<void> subtract_again();
+  Result<void> subtract_again(std::size_t r);
   void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
                    LevelLight& light) const;
   void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,

@@ -154,20 +154,19 @@ std::int64_t bytes_in_flight(Grid grid, int channels) {
   return static_cast<std::int64_t>(batch_of(photograph) * (2 * photograph + 3 * pattern));
 }
 
-/// first: the number of the first of these patterns, for preview.
-Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, std::size_t first,
-                                          bool planned, const MakePreviews& preview) const {
-  Batch batch{std::vector<Pattern>(patterns.size()), {}};
+Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, const Plan& plan,
+                                          const MakePreviews& preview) const {
+  Batch batch{std::vector<Pattern>(patterns.size()), {}, plan.most};
   tbb::parallel_for(std::size_t{0}, patterns.size(),
                     [&](std::size_t k) { batch.pictures[k] = picture(tree_, patterns[k]); });
-  if (!planned) return batch;
+  if (!plan.exposures) return batch;
   std::span<Preview> previews;
   if (preview) {
     if (previews_.size() < patterns.size()) previews_.resize(patterns.size());
     previews = std::span(previews_).first(patterns.size());
-    preview(first, previews);
+    preview(plan.first, previews);
   }
-  batch.expected = forecaster_->expect(patterns, previews);
+  batch.expected = forecaster_->expect(patterns, previews, plan.most);
   if (hands_on_few()) previews_ = {};  // their memory is worth more than the time to get it again
   return batch;
 }
@@ -175,6 +174,7 @@ Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, s
 /// begun: how far the stage was before.
 Result<std::vector<Radiance>> Photographer::measure(const ProgressEvent& begun, const Batch& batch) {
   const Stopwatch watch;
+  const double before = rig_seconds();
   ProgressEvent now = begun;
   probe_.tell([&](std::size_t some) {
     now.done += static_cast<std::int64_t>(some);
@@ -185,6 +185,7 @@ Result<std::vector<Radiance>> Photographer::measure(const ProgressEvent& begun, 
                                                 ? probe_.measure(batch.pictures)
                                                 : probe_.measure_expected(batch.pictures, batch.expected));
   measure_seconds_ += watch.seconds();
+  seconds_left_.took(rig_seconds() - before, batch.pictures.size(), batch.most.photograph);
   if (answers.size() != batch.pictures.size())
     return Error{ErrorCode::frame_missing,
                  "the rig answered " + std::to_string(batch.pictures.size()) + " patterns with " +
@@ -204,26 +205,42 @@ bool Photographer::plans_next(std::size_t photographs) const {
   return forecaster_ != nullptr && probe_.plans_exposures(photographs);
 }
 
+/// Which of the patterns from number `first` on are photographed together, and how, when the batch before
+/// them may take `reserved` seconds.
+Photographer::Plan Photographer::plan(std::size_t first, std::size_t patterns, std::size_t before,
+                                      double reserved) const {
+  const double now = rig_seconds();
+  const std::size_t left = patterns - first;
+  const std::size_t count = std::min(seconds_left_.together(now, batch_size()), left);
+  return {first, count, plans_next(before + count), seconds_left_.each(now, reserved, left)};
+}
+
 /// While a batch is photographed, the one before is used and the next one is prepared. The rig is asked by
 /// the thread that captures, so that devices and scripts which belong to one thread work.
-Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
-                                        const Answer& use, const MakePreviews& preview) {
+Result<std::size_t> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
+                                               const Answer& use, const How& how) {
   const std::int64_t expected = taken_ + std::ssize(patterns);
-  const auto part = [&](std::size_t first) {
-    return patterns.subspan(first, std::min(batch_size(), patterns.size() - first));
+  const auto prepared = [&](const Plan& plan) {
+    return prepare(patterns.subspan(plan.first, plan.count), plan, how.preview);
   };
   std::vector<Radiance> answers;  // of the batch before
   Batch batch;
-  if (!patterns.empty()) batch = prepare(part(0), 0, plans_next(part(0).size()), preview);
-  for (std::size_t first = 0, end = 0; first < patterns.size(); first = end) {
+  seconds_left_.begin(rig_seconds());
+  if (!patterns.empty()) batch = prepared(plan(0, patterns.size(), 0, 0));
+  std::size_t end = 0;
+  while (end < patterns.size()) {
+    const std::size_t first = end;
+    const bool whole = how.all || shorten(batch);
+    if (batch.pictures.empty()) break;
     const ProgressEvent now{.stage = stage, .done = taken_, .expected = expected, .later = later_};
     if (!work_.tell(now)) return work_.stop_error();
     end = first + batch.pictures.size();
-    const bool more = end < patterns.size();
-    const bool planned = more && plans_next(end - first + part(end).size());
+    const bool more = whole && end < patterns.size();
+    const double reserved = batch.most.photograph * static_cast<double>(batch.pictures.size());
+    const Plan later = more ? plan(end, patterns.size(), batch.pictures.size(), reserved) : Plan{};
     Batch next;
     const auto host_work = [&]() -> Result<void> {
-      if (more) next = prepare(part(end), end, planned, preview);
+      if (more) next = prepared(later);
       return answers.empty() ? Result<void>() : use(first - answers.size(), answers);
     };
     // A rig that computes its photographs keeps all processors busy by itself.
@@ -237,24 +254,64 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
     if (!taken) return taken.error();
     answers = *std::move(taken);
     batch = std::move(next);
+    if (!whole) break;
   }
-  if (!answers.empty()) SYMRIG_CHECK(use(patterns.size() - answers.size(), answers));
+  if (!answers.empty()) SYMRIG_CHECK(use(end - answers.size(), answers));
   if (!work_.tell({.stage = stage, .done = taken_, .expected = expected, .later = later_}))
     return work_.stop_error();
+  return end;
+}
+
+/// Leaves out what the budget of seconds has no room for. True if nothing.
+bool Photographer::shorten(Batch& batch) const {
+  const std::size_t count = batch.pictures.size();
+  const std::size_t room =
+      seconds_left_.room(rig_seconds(), count, batch.most.photograph, !batch.expected.empty());
+  if (room >= count) return true;
+  batch.pictures.resize(room);
+  if (!batch.expected.empty()) batch.expected.resize(room);
+  return false;
+}
+
+namespace {
+
+Result<void> use_none(std::size_t /*first*/, std::vector<Radiance>& /*answers*/) {
   return {};
 }
 
+}  // namespace
+
 Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns) {
-  return take_batches(stage, patterns,
-                      [](std::size_t, std::vector<Radiance>&) -> Result<void> { return {}; });
+  SYMRIG_CHECK(take_batches(stage, patterns, use_none, {}));
+  return {};
+}
+
+Result<std::size_t> Photographer::take_in_time(std::string_view stage, std::span<const LitBlocks> patterns) {
+  return take_batches(stage, patterns, use_none, {.preview = {}, .all = false});
 }
 
 Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
                                 const MakePreviews& preview) {
+  SYMRIG_CHECK(take_some(stage, patterns, use, {.preview = preview}));
+  return {};
+}
+
+Result<std::size_t> Photographer::take_in_time(std::string_view stage, std::span<const LitBlocks> patterns,
+                                               const Use& use, const MakePreviews& preview) {
+  return take_some(stage, patterns, use, {.preview = preview, .all = false});
+}
+
+Result<std::size_t> Photographer::take_some(std::string_view stage, std::span<const LitBlocks> patterns,
+                                            const Use& use, const How& how) {
   const std::int64_t number = taken_;
   std::size_t used = 0;
   std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
   const std::span<TreePhotograph> pool = this->pool(std::min(handed_on(), patterns.size()));
+  const auto hand_on = [&] {
+    use(number + static_cast<std::int64_t>(used), pool.first(filled));
+    used += filled;
+    filled = 0;
+  };
   const auto in_tree_order = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     for (std::size_t next = 0; next < answers.size();) {
       const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
@@ -268,14 +325,13 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
       if (!finite) return not_finite();
       next += count;
       filled += count;
-      if (filled < pool.size() && used + filled < patterns.size()) continue;
-      use(number + static_cast<std::int64_t>(used), pool.first(filled));
-      used += filled;
-      filled = 0;
+      if (filled == pool.size() || used + filled == patterns.size()) hand_on();
     }
     return {};
   };
-  return take_batches(stage, patterns, in_tree_order, preview);
+  SYMRIG_TRY(const std::size_t taken, take_batches(stage, patterns, in_tree_order, how));
+  if (filled > 0) hand_on();
+  return taken;
 }
 
 Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
@@ -291,7 +347,8 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
     });
     return finite ? Result<void>() : not_finite();
   };
-  return take_batches(stage, patterns, in_tree_order);
+  SYMRIG_CHECK(take_batches(stage, patterns, in_tree_order, {}));
+  return {};
 }
 
 std::size_t Photographer::handed_on() const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/tree/seconds_left.hpp"
 #include "acquisition/tree/tree_photograph.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
@@ -67,9 +68,9 @@ class Forecaster {
   Forecaster& operator=(const Forecaster&) = delete;
   virtual ~Forecaster() = default;
 
-  /// previews: one a pattern, or none at all.
+  /// previews: one a pattern, or none at all. most: of each.
   virtual std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
-                                          std::span<const Preview> previews) const = 0;
+                                          std::span<const Preview> previews, SecondsEach most) const = 0;
 };
 
 /// Bytes of the photographs and patterns that a capture holds between rig and search.
@@ -91,6 +92,7 @@ class Photographer {
         tree_(tree),
         channels_(before.channels_),
         work_(before.work_),
+        seconds_left_(before.seconds_left_),
         taken_(before.taken_),
         measure_seconds_(before.measure_seconds_) {}
 
@@ -100,9 +102,15 @@ class Photographer {
   /// From now on. Must outlive this.
   void forecast_by(const Forecaster& forecaster) { forecaster_ = &forecaster; }
 
+  /// The budget of seconds.
+  SecondsLeft& seconds_left() { return seconds_left_; }
+  const SecondsLeft& seconds_left() const { return seconds_left_; }
+
   /// Takes photographs that are in the log from then on, the first under number taken().
   /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
+  /// The same of as many patterns as the budget of seconds has room for, the first ones. Result: how many.
+  Result<std::size_t> take_in_time(std::string_view stage, std::span<const LitBlocks> patterns);
 
   /// True if photographs are so large that take() hands on fewer than a batch of the kernels at a time. Then
   /// work on a batch would be work for photographs that are not there (KnownTransport::subtract_lit).
@@ -117,6 +125,9 @@ class Photographer {
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
                     const MakePreviews& preview = {});
+  /// The same of as many patterns as the budget of seconds has room for. Result: how many.
+  Result<std::size_t> take_in_time(std::string_view stage, std::span<const LitBlocks> patterns,
+                                   const Use& use, const MakePreviews& preview);
 
   /// Reads photographs [first, first + count) again, some at a time: at least `fewest`, as long as there are
   /// so many.  fails: as PhotographLog, bad_value.
@@ -143,15 +154,29 @@ class Photographer {
  private:
   using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
-  Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
-                            const MakePreviews& preview = {});
+  struct How {
+    MakePreviews preview = {};
+    bool all = true;  ///< false: only what the budget of seconds has room for
+  };
+  Result<std::size_t> take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
+                                   const Answer& use, const How& how);
+  Result<std::size_t> take_some(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
+                                const How& how);
   /// What a rig needs for some patterns.
   struct Batch {
     std::vector<Pattern> pictures;
     std::vector<Expectation> expected;  ///< empty: exposures are not planned
+    SecondsEach most;                   ///< for each photograph
   };
-  Batch prepare(std::span<const LitBlocks> patterns, std::size_t first, bool planned,
-                const MakePreviews& preview) const;
+  /// Patterns that are photographed together, and how.
+  struct Plan {
+    std::size_t first = 0, count = 0;
+    bool exposures = false;  ///< are planned
+    SecondsEach most;
+  };
+  Plan plan(std::size_t first, std::size_t patterns, std::size_t before, double reserved) const;
+  bool shorten(Batch& batch) const;
+  Batch prepare(std::span<const LitBlocks> patterns, const Plan& plan, const MakePreviews& preview) const;
   Result<std::vector<Radiance>> measure(const ProgressEvent& begun, const Batch& batch);
   std::int64_t samples() const;
   bool plans_next(std::size_t photographs) const;
@@ -164,6 +189,7 @@ class Photographer {
   int channels_;
   Work work_;
   const Forecaster* forecaster_ = nullptr;
+  SecondsLeft seconds_left_;
   UnitsToCome later_ = {};
   std::int64_t taken_ = 0;
   double measure_seconds_ = 0;
