@@ -160,7 +160,7 @@ Result<void> check_port(int port) {
 namespace {
 
 /// Names of the library's options, and of the command's options.
-constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
+constexpr std::array<std::pair<const char*, const char*>, 11> kNames{{
     {"tolerance", "--tolerance"},
     {"dual_threshold", "--dual-threshold"},
     {"dual_subtracts", "--dual-subtract"},
@@ -168,9 +168,17 @@ constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
     {"max_seconds", "--max-seconds"},
     {"target_error", "--target-error"},
     {"photograph_seconds", "--photograph-seconds"},
+    {"fit_seconds", "--fit-seconds"},
     {"polish", "--polish"},
     {"split", "--split"},
     {"algorithm", "--algorithm"},
+}};
+
+/// Names that no sentence has otherwise.
+constexpr std::array<std::pair<const char*, const char*>, 3> kOptionNames{{
+    {"max_patterns", "--max-patterns"},
+    {"max_seconds", "--max-seconds"},
+    {"fit_seconds", "--fit-seconds"},
 }};
 
 /// Names in the next step of an error. The other names are also plain words.
@@ -205,6 +213,7 @@ Error in_command_words(Error error) {
 }
 
 Error hint_in_command_words(Error error) {
+  error.what = in_command_words(error.what, kOptionNames);
   error.hint = in_command_words(error.hint, kHintNames);
   return error;
 }

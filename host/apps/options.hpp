@@ -103,7 +103,7 @@ Result<void> check_port(int port);
 /// --max-patterns.
 Error in_command_words(Error error);
 
-/// An error of a CaptureJob whose next step names options: resume becomes --resume.
+/// An error of a CaptureJob that names options: in its next step resume becomes --resume.
 Error hint_in_command_words(Error error);
 
 /// Checks one tolerance of a list.

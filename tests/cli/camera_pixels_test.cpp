@@ -4,6 +4,7 @@
 #include "symrig/image/file.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/job/evaluation.hpp"
+#include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 #include "unit/report/page_reader.hpp"
 
@@ -179,6 +180,8 @@ TEST_F(CameraPixels, wait_for_more_seconds) {
   const Outcome none = captured("other.h5", {"--fit-seconds", "0"});
   EXPECT_EQ(none.code, 2);
   EXPECT_NE(none.err.find("allows no fit"), std::string::npos) << none.err;
+  expect_refusal({"capture", "--rig", "sim:plane?size=8x8", "-o", "p.h5", "--fit-seconds", "5"}, kUsage,
+                 {"--fit-seconds has no effect"});
 }
 
 Result<CaptureOutcome> run(const std::string& registration, const std::string& output, bool resume,
@@ -203,10 +206,16 @@ TEST_F(CameraPixels, a_stopped_fit_leaves_the_scene_and_goes_on) {
   const auto cells = load_scene(output);
   ASSERT_TRUE(cells.ok());
   EXPECT_EQ(cells->camera, nullptr);
+  // Who opens it later is told, also of a process that was killed and could tell nothing.
+  EXPECT_NE(symrig({"inspect", "scene.h5"}).out.find("own pixels: their fit was broken off; resume"),
+            std::string::npos);
+  ASSERT_EQ(symrig({"report", "scene.h5", "-o", "report.html"}).code, 0);
+  EXPECT_NE(read_text(path("report.html")).find("their fit was broken off"), std::string::npos);
   ASSERT_TRUE(std::filesystem::exists(output + ".log"));
   const auto resumed = run(registration, output, true, false);
   ASSERT_TRUE(resumed.ok()) << resumed.error().line();
   EXPECT_EQ(resumed->summary.replayed, resumed->result.patterns);
+  EXPECT_EQ(missing_pixels(*load_scene(output)), "");
   const auto whole = run(registration, path("whole.h5"), false, false);
   ASSERT_TRUE(whole.ok());
   const auto a = load_scene(output), b = load_scene(path("whole.h5"));

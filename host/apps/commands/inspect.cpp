@@ -68,6 +68,8 @@ Result<void> run(const InspectArguments& arguments) {
                         static_cast<double>(scene.camera->coefficients()) /
                             static_cast<double>(std::max<std::int64_t>(scene.camera->rows(), 1)),
                         byte_size(static_cast<double>(scene.camera->bytes())));
+  if (const std::string missing = missing_pixels(scene); !missing.empty())
+    text += fmt::format("not on the camera's own pixels: {}\n", missing);
   for (const HeldOut& one : scene.held_out) text += fmt::format("held-out photograph: {}\n", one.name);
   return print(text);
 }

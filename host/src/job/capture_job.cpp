@@ -284,7 +284,6 @@ Result<void> fit_to(const CaptureJob& job, const OpenedRig& rig, const Photograp
 /// that is no reason to fail. late: becomes true if the job's time for it was too little.
 Result<void> fit_own_pixels(const CaptureJob& job, const OpenedRig& rig, const PhotographLog* log,
                             CaptureOutcome& outcome, bool& late) {
-  if (!wants_own_pixels(job, rig) || !outcome.summary.camera_missing.empty()) return {};
   CaptureJob limited = job;
   limited.options.progress = [&, watch = Stopwatch()](const ProgressEvent& event) {
     late = late || (job.fit_seconds && watch.seconds() > *job.fit_seconds);
@@ -316,10 +315,12 @@ Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSett
     outcome.json = capture_json(outcome.summary, outcome.result);
     return job.output.empty() ? Result<void>() : save(job.output, outcome, job.options.progress);
   };
+  const bool fits = wants_own_pixels(job, rig) && outcome.summary.camera_missing.empty();
+  if (fits) outcome.summary.camera_missing = "their fit was broken off; resume the capture";
   SYMRIG_CHECK(write());
-  const bool missing = !outcome.summary.camera_missing.empty();
-  SYMRIG_CHECK(fit_own_pixels(job, rig, log, outcome, fit_was_late));
-  if (outcome.camera || !outcome.summary.camera_missing.empty() != missing) {
+  if (fits) {
+    outcome.summary.camera_missing.clear();
+    SYMRIG_CHECK(fit_own_pixels(job, rig, log, outcome, fit_was_late));
     outcome.summary.total_seconds = job.watch.seconds();
     outcome.summary.peak_memory_bytes = peak_memory();
     SYMRIG_CHECK(write());

@@ -131,6 +131,8 @@ std::string headline(const Context& context) {
   if (context.scene.camera)
     text += escape(fmt::format("; pictures of the camera's own {} pixels",
                                to_string(context.scene.camera->camera_grid())));
+  if (const std::string missing = missing_pixels(context.scene); !missing.empty())
+    text += "; pictures of the projector's cells, not of the camera's own pixels: " + breakable(missing);
   if (const auto scene = context.facts.text("/scene")) text += "; scene " + breakable(*scene);
   if (const auto algorithm = context.facts.text("/algorithm")) text += "; algorithm " + breakable(*algorithm);
   return fmt::format("<h1>{}</h1>\n<p class=\"lead\">{}.</p>\n", breakable(context.options.title), text);

@@ -353,4 +353,8 @@ std::string captured_scene(const StoredScene& scene) {
   return report::CaptureFacts(scene.capture_json).text("/scene").value_or("");
 }
 
+std::string missing_pixels(const StoredScene& scene) {
+  return report::CaptureFacts(scene.capture_json).text("/camera_missing").value_or("");
+}
+
 }  // namespace symrig

@@ -140,4 +140,8 @@ std::string inspection_json(const StoredScene& scene);
 /// The `scene` key of a stored capture_json, empty if there is none.
 std::string captured_scene(const StoredScene& scene);
 
+/// Why a scene of a camera with pixels of its own has only the projector's cells, as its capture said; "": it
+/// has them, or there are none to have.
+std::string missing_pixels(const StoredScene& scene);
+
 }  // namespace symrig
