@@ -33,7 +33,7 @@ namespace symrig::acquisition {
 namespace {
 
 // Shares of a budget of seconds: what is planned for; of that the flood-lit photograph, and the checks.
-constexpr double kPlanned = 0.99, kFloodShare = 1.0 / 12, kChecksShare = 1.0 / 6;
+constexpr double kPlanned = 0.98, kFloodShare = 1.0 / 12, kChecksShare = 1.0 / 6;
 
 /// More photographs than any log holds.
 constexpr std::size_t kEndless = std::size_t{1} << 40;
