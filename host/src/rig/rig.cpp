@@ -31,6 +31,16 @@ constexpr double kMeteringShare = 1.0 / 20, kBlackShare = 1.0 / 4;
 /// Short frames for which there must be time in a photograph of the dark projector.
 constexpr double kFewestBlackFrames = 4;
 
+/// Takes black anew, from photographs that it is not subtracted from. After a failure it is as it was: later
+/// photographs must not go without.
+template <class Take>
+Result<void> replace_black(std::optional<Radiance>& black, const Take& take) {
+  std::optional<Radiance> before = std::exchange(black, std::nullopt);
+  Result<Radiance> taken = take();
+  black = taken ? std::optional(*std::move(taken)) : std::move(before);
+  return taken ? Result<void>() : taken.error();
+}
+
 }  // namespace
 
 Rig::Rig(RigOptions options) : options_(std::move(options)) {}
@@ -216,11 +226,13 @@ Result<void> Rig::photograph_black(const Exposures& bracket) {
   if (options_.black_photographs <= 0) return {};
   const std::size_t count = planned() ? 1 : options_.black_photographs;
   const std::vector<Pattern> dark(count, Pattern(grid()));
-  black_.reset();
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
-  SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, bracket), nullptr));
+  Result<void> taken = replace_black(black_, [&]() -> Result<Radiance> {
+    SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, bracket), nullptr));
+    return average(photographs);
+  });
   shown_ = shown;
-  SYMRIG_TRY(black_, average(photographs));
+  SYMRIG_CHECK(taken);
   black_exposures_ = bracket.size();
   return {};
 }
@@ -251,15 +263,17 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   const Expectation dark = expected_black(*black_, expected, count);
   SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(), rules));
   const std::vector<Pattern> patterns(count, Pattern(grid()));
-  black_.reset();
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
-  std::vector<Radiance> photographs;
-  for (const Pattern& pattern : patterns) {
-    SYMRIG_TRY(auto one, photograph({&pattern, 1}, {&plan.exposures, 1}, nullptr));
-    photographs.push_back(std::move(one.front()));
-  }
+  Result<void> taken = replace_black(black_, [&]() -> Result<Radiance> {
+    std::vector<Radiance> photographs;
+    for (const Pattern& pattern : patterns) {
+      SYMRIG_TRY(auto one, photograph({&pattern, 1}, {&plan.exposures, 1}, nullptr));
+      photographs.push_back(std::move(one.front()));
+    }
+    return average(photographs);
+  });
   shown_ = shown;
-  SYMRIG_TRY(black_, average(photographs));
+  SYMRIG_CHECK(taken);
   black_for_ = wanted;
   black_seconds_ = plan.held_short ? expected.black_seconds : 0;
   return {};
