@@ -145,7 +145,6 @@ Result<void> Hierarchy::take_checks() {
   if (!options().economy.checks || !asks || budget_.left() < Checks::kCount) return {};
   photographer_.seconds_left().may_spend(kChecksShare);
   SYMRIG_TRY(checks_, Checks::take(facts_.tree, photographer_));
-  photographer_.seconds_left().may_spend(1);
   found_.patterns_per_level.back() += Checks::kCount;
   return {};
 }
@@ -405,7 +404,6 @@ Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& option
   if (options.max_seconds > 0) photographer.seconds_left().end_by(kPlanned * options.max_seconds);
   photographer.seconds_left().may_spend(kFloodShare);
   SYMRIG_CHECK(photographer.take("flood-lit", flood));
-  photographer.seconds_left().may_spend(1);
   SYMRIG_CHECK(check_begun_in_time(options, photographer.rig_seconds()));
   if (!algorithm_info(options.algorithm).splits_views || probe.views().count() == 1)
     return search_tree(probe, options, flat, photographer);

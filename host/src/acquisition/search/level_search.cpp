@@ -262,7 +262,6 @@ Result<void> LevelSearch::photograph(Round& round) {
               const auto shots = std::span(round.shots).subspan(first, previews.size());
               preview(r, shots, std::span(patterns).subspan(first, previews.size()), previews);
             }));
-  photographer_.seconds_left().may_spend(1);
   found_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] +=
       static_cast<std::int64_t>(taken);
   return taken < patterns.size() ? leave_out_rest(round, taken) : Result<void>();

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace symrig::acquisition {
 namespace {
@@ -19,7 +20,7 @@ constexpr double kForget = 0.5;     // of what went beyond the plan: black is ph
 }  // namespace
 
 void SecondsLeft::begin(double now) {
-  until_ = now + share_ * std::max(0.0, end_ - now);
+  until_ = now + std::exchange(share_, 1) * std::max(0.0, end_ - now);
   of_this_take_ = false;
 }
 

@@ -21,7 +21,7 @@ class SecondsLeft {
  public:
   /// The capture must have ended by then.
   void end_by(double clock) { end_ = clock; }
-  /// The share of what is left that the photographs of each take() may need, from now on.
+  /// The share of what is left that the photographs of the next take() may need; without a word, all of it.
   void may_spend(double share) { share_ = share; }
   bool limited() const { return end_ < std::numeric_limits<double>::infinity(); }
   /// Photographs of this length that fit.
