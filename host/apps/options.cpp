@@ -159,9 +159,8 @@ Result<void> check_port(int port) {
 
 namespace {
 
-/// Names of the library's options, and of the command's options.
-constexpr std::array<std::pair<const char*, const char*>, 11> kNames{{
-    {"tolerance", "--tolerance"},
+/// Names of the library's options, and of the command's options. No sentence has these otherwise.
+constexpr std::array<std::pair<const char*, const char*>, 7> kNames{{
     {"dual_threshold", "--dual-threshold"},
     {"dual_subtracts", "--dual-subtract"},
     {"max_patterns", "--max-patterns"},
@@ -169,19 +168,17 @@ constexpr std::array<std::pair<const char*, const char*>, 11> kNames{{
     {"target_error", "--target-error"},
     {"photograph_seconds", "--photograph-seconds"},
     {"fit_seconds", "--fit-seconds"},
+}};
+
+/// The same of names that are also plain words.
+constexpr std::array<std::pair<const char*, const char*>, 4> kWordNames{{
+    {"tolerance", "--tolerance"},
     {"polish", "--polish"},
     {"split", "--split"},
     {"algorithm", "--algorithm"},
 }};
 
-/// Names that no sentence has otherwise.
-constexpr std::array<std::pair<const char*, const char*>, 3> kOptionNames{{
-    {"max_patterns", "--max-patterns"},
-    {"max_seconds", "--max-seconds"},
-    {"fit_seconds", "--fit-seconds"},
-}};
-
-/// Names in the next step of an error. The other names are also plain words.
+/// Names in the next step of an error.
 constexpr std::array<std::pair<const char*, const char*>, 5> kHintNames{{
     {"channel", "--channel"},
     {"resume", "--resume"},
@@ -208,12 +205,12 @@ std::string in_command_words(const std::string& text,
 }  // namespace
 
 Error in_command_words(Error error) {
-  error.what = in_command_words(error.what, kNames);
+  error.what = in_command_words(in_command_words(error.what, kNames), kWordNames);
   return error;
 }
 
 Error hint_in_command_words(Error error) {
-  error.what = in_command_words(error.what, kOptionNames);
+  error.what = in_command_words(error.what, kNames);
   error.hint = in_command_words(error.hint, kHintNames);
   return error;
 }

@@ -37,8 +37,12 @@ template <class Take>
 Result<void> replace_black(std::optional<Radiance>& black, const Take& take) {
   std::optional<Radiance> before = std::exchange(black, std::nullopt);
   Result<Radiance> taken = take();
-  black = taken ? std::optional(*std::move(taken)) : std::move(before);
-  return taken ? Result<void>() : taken.error();
+  if (!taken) {
+    black = std::move(before);
+    return taken.error();
+  }
+  black = *std::move(taken);
+  return {};
 }
 
 }  // namespace
@@ -232,7 +236,7 @@ Result<void> Rig::photograph_black(const Exposures& bracket) {
     return average(photographs);
   });
   shown_ = shown;
-  SYMRIG_CHECK(taken);
+  if (!taken) return taken;
   black_exposures_ = bracket.size();
   return {};
 }
@@ -273,7 +277,7 @@ Result<void> Rig::refine_black(const Expectation& expected) {
     return average(photographs);
   });
   shown_ = shown;
-  SYMRIG_CHECK(taken);
+  if (!taken) return taken;
   black_for_ = wanted;
   black_seconds_ = plan.held_short ? expected.black_seconds : 0;
   return {};
