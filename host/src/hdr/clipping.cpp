@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,18 +19,70 @@ constexpr std::ptrdiff_t kFewestPiled = 50;
 constexpr double kReadNoises = 3;  // to each side of a pile
 constexpr double kLonger = 1.2;    // a ratio of exposures that tells something
 
-std::optional<int> clipping_of_pair(const Frame& shorter, const Frame& longer,
-                                    const std::optional<LinearCodes>& linear) {
-  const double beyond = linear ? 1.02 : 1.3, share = linear ? 0.6 : 0.9;
-  const LinearCodes of = linear.value_or(LinearCodes{});
+/// A linear camera: the codes where the shorter exposure expects more.
+std::optional<int> linear_clipping(const Frame& shorter, const Frame& longer, const LinearCodes& of) {
+  constexpr double kBeyond = 1.02, kShare = 0.6;
   const double ratio = seconds(longer.exposure) / seconds(shorter.exposure);
   const double top = brightest(longer.raw), within = std::max(0.5, kReadNoises * of.read_noise);
   std::vector<double> stay;
   for (std::size_t i = 0; i < longer.raw.size(); ++i)
-    if ((shorter.raw[i] - of.pedestal) * ratio > beyond * (top - of.pedestal)) stay.push_back(longer.raw[i]);
-  const auto pile = piled_up(std::move(stay), within, share);
+    if ((shorter.raw[i] - of.pedestal) * ratio > kBeyond * (top - of.pedestal)) stay.push_back(longer.raw[i]);
+  const auto pile = piled_up(std::move(stay), within, kShare);
   if (!pile || *pile < top - 2 * within) return {};
   return static_cast<int>(std::lround(*pile));
+}
+
+/// Where the longer exposure stays although the shorter one rises.
+struct Plateau {
+  std::vector<double> codes;  ///< of the longer exposure, in the brighter half of it
+  double least, most;         ///< codes of the shorter exposure
+};
+
+/// One deviation of codes that may be cut at the largest code, from those below the median.
+double spread_below(std::vector<double> codes) {
+  constexpr double kOneSigma = 0.1587;
+  return median(codes) - quantile(codes, kOneSigma);
+}
+
+/// The brightest pixels of the shorter exposure, as far down as the longer one has the same code. Sorted by
+/// the shorter one, in groups that double in number.
+std::optional<Plateau> plateau_of(const Frame& shorter, const Frame& longer) {
+  constexpr std::size_t kPixels = 400'000;
+  constexpr double kOneCode = 1, kErrors = 4, kMedianError = 1.25;
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> both;
+  for (std::size_t i = 0; i < shorter.raw.size(); i += shorter.raw.size() / kPixels | std::size_t{1})
+    both.emplace_back(shorter.raw[i], longer.raw[i]);
+  std::ranges::stable_sort(both, std::greater<>{}, [](const auto& pixel) { return pixel.first; });
+  if (std::ssize(both) < kFewestPiled) return {};
+  const auto codes_of = [&](std::size_t from, std::size_t to) {
+    std::vector<double> codes;
+    for (std::size_t k = from; k < to; ++k) codes.push_back(both[k].second);
+    return codes;
+  };
+  std::size_t end = kFewestPiled;
+  Plateau found{codes_of(0, end), 0, static_cast<double>(both[end / 2].first)};
+  const double middle = median(found.codes);
+  const double error = kMedianError * spread_below(found.codes) / std::sqrt(kFewestPiled);
+  for (std::size_t begin = end; begin < both.size(); begin = end) {
+    end = std::min(both.size(), 2 * begin);
+    std::vector<double> next = codes_of(begin, end);
+    if (std::abs(median(next) - middle) > kOneCode + kErrors * error) break;
+    found.codes = codes_of(0, begin);  // the last group may hold others, too
+    found.least = both[(begin + end) / 2].first;
+  }
+  return found.least > 0 ? std::optional(std::move(found)) : std::nullopt;
+}
+
+/// A camera that may be curved, whose white may scatter (noise after the clipping, or compression): the end
+/// of what is not white. Even light has noise, too, so the shorter exposure must rise by more than that.
+std::optional<int> curved_clipping(const Frame& shorter, const Frame& longer) {
+  constexpr double kRise = 0.1, kNoise = 10, kSigmas = 5, kFarthest = 0.1;
+  auto plateau = plateau_of(shorter, longer);
+  if (!plateau) return {};
+  const double white = median(plateau->codes), sigma = spread_below(plateau->codes);
+  const double rise = plateau->most - plateau->least;
+  if (rise < kRise * white || rise < kNoise * sigma || kSigmas * sigma > kFarthest * white) return {};
+  return static_cast<int>(std::floor(white - kSigmas * sigma));
 }
 
 }  // namespace
@@ -67,7 +121,8 @@ std::optional<int> clipping_of_bracket(std::span<const Frame> frames,
         k == 0 || seconds(sorted[k]->exposure) > kLonger * seconds(sorted[k - 1]->exposure);
     if (!of_new_level) continue;
     if (shorter != nullptr)
-      if (const auto found = clipping_of_pair(*shorter, *sorted[k], codes))
+      if (const auto found =
+              codes ? linear_clipping(*shorter, *sorted[k], *codes) : curved_clipping(*shorter, *sorted[k]))
         clipping = std::min(clipping.value_or(*found), *found);
     shorter = sorted[k];
   }

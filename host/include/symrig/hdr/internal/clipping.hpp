@@ -29,8 +29,9 @@ struct LinearCodes {
 };
 
 /// The code at which longer exposures stay, although the next shorter one expects more: by 2 % with a linear
-/// camera, whose light has noise there, else by 30 %. codes: nullopt for a camera that may be curved.
-/// nullopt: no exposure clips. error: up to five read noises low.
+/// camera, whose light has noise there. codes: nullopt for a camera that may be curved; then the code at
+/// which longer exposures stay while the next shorter one rises by a tenth of it, less five deviations of the
+/// codes there. nullopt: no exposure clips. error: up to five read noises low.
 std::optional<int> clipping_of_bracket(std::span<const Frame> frames,
                                        const std::optional<LinearCodes>& codes);
 
