@@ -22,6 +22,7 @@ using namespace std::chrono_literals;
 struct Curved {
   double gamma;
   double noise = 0.7;  // codes
+  double largest = 255;
   std::vector<std::vector<std::uint16_t>> codes{};
   std::vector<Nanoseconds> exposures{};
 
@@ -33,9 +34,9 @@ struct Curved {
       exposures.push_back(t);
       codes.emplace_back();
       for (const double light : scene) {
-        const double ideal = 255 * std::pow(std::min(1.0, light * seconds(t) / 0.1), 1 / gamma);
-        codes.back().push_back(
-            static_cast<std::uint16_t>(std::clamp(std::round(ideal + noise * random.normal()), 0.0, 255.0)));
+        const double ideal = largest * std::pow(std::min(1.0, light * seconds(t) / 0.1), 1 / gamma);
+        codes.back().push_back(static_cast<std::uint16_t>(
+            std::clamp(std::round(ideal + noise * random.normal()), 0.0, largest)));
       }
     }
   }
@@ -129,6 +130,24 @@ TEST(ResponseCurve, TwelveBitCodesAreRecoveredToo) {
   ASSERT_TRUE(curve.ok()) << curve.error().line();
   expect_sound(*curve, 4096);
   EXPECT_NEAR((*curve)(16 * 200) / (*curve)(16 * 100), std::pow(2, 1.8), 0.05 * std::pow(2, 1.8));
+}
+
+// Light is known to a code where noise of 0.7 codes is far from the pedestal.
+TEST(ResponseCurve, OfALinearCameraIsItsStraightLine) {
+  for (const int pedestal : {0, 40}) {
+    Curved camera{1.0};
+    camera.largest = 4095 - pedestal;
+    camera.expose({5ms, 10ms, 20ms, 40ms, 80ms, 160ms});
+    for (auto& frame : camera.codes)
+      for (auto& code : frame) code = static_cast<std::uint16_t>(code + pedestal);
+    const auto found = recover_response(camera.frames(), {.bits = 12, .high = 4080});
+    ASSERT_TRUE(found.ok()) << found.error().line();
+    expect_sound(found->curve, 4096);
+    ASSERT_TRUE(found->straight) << pedestal;
+    EXPECT_NEAR(found->straight->pedestal(), pedestal, 0.5) << pedestal;
+    for (const int code : {4, 16, 64, 1000, 4000})
+      EXPECT_NEAR(found->curve.light[code + pedestal] * (4095.0 - pedestal), code, 1) << pedestal;
+  }
 }
 
 TEST(ResponseCurve, InverseUndoesIt) {

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -46,8 +47,11 @@ Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const Res
 
 /// A curve, and how far two methods differ about it.
 struct RecoveredResponse {
-  ResponseCurve curve;  ///< [Debevec97]
-  double doubt = 0;     ///< largest difference from [Robertson99], as a share of full light
+  ResponseCurve curve;  ///< a straight line, or [Debevec97]
+  double doubt = 0;     ///< largest difference from [Robertson99], as a share of full light; 0 if straight
+  /// Of a camera whose codes follow a straight line, and no pixel's departs from it by 1 % of its light: its
+  /// pedestal and noise, as the frames show them.
+  std::optional<NoiseModel> straight;
 };
 /// fails: as recover_debevec and recover_robertson.
 Result<RecoveredResponse> recover_response(std::span<const Frame> frames, const ResponseOptions& options);
