@@ -272,14 +272,18 @@ std::string result_text(const Measured& measured) {
     text += fmt::format("  linearity   {}: largest deviation {} ± {} of full scale, at {:.0f} DN\n",
                         found.linearity->linear() ? "linear" : "NOT linear", percent(found.linearity->worst),
                         percent(found.linearity->worst_sigma), found.linearity->at_code);
-  if (found.response)
+  if (found.straight)
+    text += fmt::format("  response    a straight line with a pedestal of {:.1f} DN, by the bracket alone\n",
+                        found.straight->pedestal());
+  else if (found.response)
     text += fmt::format(
         "  response    from {} samples, {} of {} codes made monotonic; two methods differ by {}\n",
         found.response->samples, found.response->repaired, found.response->light.size(),
         percent(found.response_doubt));
   if (found.doubtful())
     text += fmt::format(
-        "  warning: the two methods may differ by {}: the stated exposures, the scene or the lamp changed\n",
+        "  warning: the two methods may differ by {}: exposures are too far apart, or exposures, scene or "
+        "lamp changed\n",
         percent(SensorFindings::kMostDoubt));
   if (measured.rig && measured.rig->defects_left_out)
     text += "  defects are not stored: camera.region is a part of the picture, so they have no place in it\n";

@@ -55,6 +55,7 @@ double relative_noise(const MergedBracket& merged) {
 }
 
 const char* method_of(const MergedBracket& merged, const MergeArguments& arguments) {
+  if (merged.camera.straight) return "a straight line that the bracket shows";
   if (!merged.camera.response) return "a linear sensor";
   return arguments.response.empty() ? "a response curve recovered from the bracket"
                                     : "the given response curve";
@@ -196,10 +197,10 @@ Job add_merge(CLI::App& command) {
           "\n"
           "With dark and flat frames there, or with --sensor, the camera counts as linear, and the unit is "
           "electrons per\n"
-          "second. Otherwise its response curve is recovered from the bracket, unless --response gives it; 1 "
-          "is "
-          "then the\n"
-          "light that gives the largest code in one second.\n"
+          "second. Otherwise 1 is the light that gives the largest code in one second. The bracket then "
+          "shows "
+          "whether the\n"
+          "camera is linear. If not, its response curve is recovered, unless --response gives it.\n"
           "\n"
           "Frames that symrig calibrate --sensor --rig kept measure the camera and are merged too.\n"
           "Exposures that contradict the photographs are refused, or named in a warning if it is by little.\n"

@@ -2,6 +2,7 @@
 // A camera that clips below the largest code, and what is burnt in all exposures.
 // Exposures that contradict their photographs are refused before a curve is fitted; right ones are merged.
 #include "calibration/sensor/bracket_checks.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
 #include "synthetic_photographs.hpp"
 
@@ -169,3 +170,153 @@ TEST(BracketOrder, a_camera_that_exposes_by_itself_is_named) {
 
 }  // namespace
 }  // namespace symrig::bracket_order_test
+
+namespace symrig::unknown_camera_test {
+namespace {
+
+constexpr Grid kGrid{120, 150};
+
+/// A camera that is not known, and how its bracket was taken.
+struct Unknown {
+  int bits = 12;
+  double pedestal = 0;    ///< share of the range
+  double gamma = 1;       ///< code = light^(1/γ)
+  double white = 1;       ///< share of the range at which light clips
+  double scatter = 0;     ///< of a code, after the clipping, as a share of the range
+  double ratio = 4;       ///< of stated exposures
+  double true_ratio = 4;  ///< of those that it made
+
+  double largest() const { return std::exp2(bits) - 1; }
+};
+
+/// Light of a pixel: 1 gives the largest code in one second. Four decades, and smooth: 0.0001 to 1.
+double light(int i) {
+  return std::pow(10, -4 + 4 * (i % 9973) / 9973.0);
+}
+
+SensorPhotographs bracket(const Unknown& camera, int exposures) {
+  SensorPhotographs all;
+  all.grid = kGrid;
+  all.bits = camera.bits;
+  const double full_well = std::max(10'000.0, 4 * std::exp2(camera.bits));  // [e⁻]
+  const double pedestal = std::round(camera.pedestal * camera.largest());
+  std::uint64_t counter = 77ULL << 32;
+  for (int k = 0; k < exposures; ++k) {
+    const double stated = 1.5 * std::pow(camera.ratio, k), made = 1.5 * std::pow(camera.true_ratio, k);
+    SensorPhotographs::Still still{{}, Nanoseconds{std::llround(stated * 1e9)}, fmt::format("{}.png", k)};
+    for (int i = 0; i < kGrid.size(); ++i) {
+      const double ideal = light(i) * made;
+      const double seen = std::max(0.0, ideal + std::sqrt(ideal / full_well) * test::normal(counter));
+      const double range = camera.largest() - pedestal;
+      double code = pedestal + range * std::pow(std::min(seen, 100.0), 1 / camera.gamma);
+      code += 0.7 * test::normal(counter);
+      code = std::min(code, camera.white * camera.largest());
+      code += camera.scatter * camera.largest() * test::normal(counter);
+      still.codes.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(code, 0.0, camera.largest()))));
+    }
+    all.bracket.push_back(std::move(still));
+  }
+  return all;
+}
+
+/// Shares of the valid values.
+struct Wrong {
+  double by_a_tenth = 0;   ///< of those whose noise is below 3 %
+  double beyond_five = 0;  ///< of the stated deviations
+  double mean_square = 0;  ///< of departures in stated deviations
+  double valid = 0;        ///< of all
+};
+/// unit: of the radiance.
+Wrong wrong(const MergedBracket& merged, double unit = 1) {
+  Wrong share;
+  double known = 0;
+  for (int i = 0; i < kGrid.size(); ++i) {
+    if (merged.radiance.valid.values()[i] == 0) continue;
+    const double mean = merged.radiance.mean.values()[i] / unit;
+    const double sigma = std::sqrt(merged.radiance.variance.values()[i]) / unit;
+    const double z = (mean - light(i)) / sigma;
+    share.valid += 1;
+    share.beyond_five += std::abs(z) > 5 ? 1 : 0;
+    share.mean_square += z * z;
+    if (sigma > 0.03 * mean) continue;
+    known += 1;
+    share.by_a_tenth += std::abs(mean / light(i) - 1) > 0.1 ? 1 : 0;
+  }
+  share.by_a_tenth /= known;
+  share.beyond_five /= share.valid;
+  share.mean_square /= share.valid;
+  share.valid /= static_cast<double>(kGrid.size());
+  return share;
+}
+
+/// By a curve: the codes next to white, which no sample tells, decide the unit.
+double unit_of(const MergedBracket& merged) {
+  std::vector<double> units;
+  for (int i = 0; i < kGrid.size(); ++i)
+    if (merged.radiance.valid.values()[i] != 0) units.push_back(merged.radiance.mean.values()[i] / light(i));
+  return median(units);
+}
+
+// Noise is known to 10 %, and 18,000 squares of normal quantities have a mean within 5 √(2 / 18,000).
+constexpr double kLeastSquare = 0.85, kMostSquare = 1.15;
+
+TEST(UnknownCamera, a_linear_one_is_merged_by_its_straight_line) {
+  for (const int bits : {8, 10, 12, 14, 16})
+    for (const double pedestal : {0.0, 1.0 / 64})
+      for (const double ratio : {2.0, 4.0}) {
+        const auto merged =
+            merge_bracket(bracket({.bits = bits, .pedestal = pedestal, .ratio = ratio, .true_ratio = ratio},
+                                  ratio > 3 ? 5 : 8),
+                          {});
+        ASSERT_TRUE(merged.ok()) << merged.error().line();
+        ASSERT_TRUE(merged->camera.straight) << bits << " " << pedestal << " " << ratio;
+        const Wrong share = wrong(*merged);
+        // A pedestal of 0 cuts the noise of the darkest pixels.
+        EXPECT_LE(share.by_a_tenth, 0.001) << bits << " " << pedestal << " " << ratio;
+        EXPECT_LE(share.beyond_five, 0.001) << bits << " " << pedestal << " " << ratio;
+        EXPECT_GT(share.mean_square, kLeastSquare) << bits << " " << pedestal << " " << ratio;
+        EXPECT_LT(share.mean_square, kMostSquare) << bits << " " << pedestal << " " << ratio;
+        EXPECT_GT(share.valid, 0.9);
+        EXPECT_STREQ(merged->units, "light of the largest code per second");
+      }
+}
+
+// Codes at white scatter where noise comes after the clipping, or where photographs were compressed.
+TEST(UnknownCamera, white_that_scatters_is_white) {
+  for (const double gamma : {1.0, 2.2})
+    for (const double white : {1.0, 0.95})
+      for (const int bits : {8, 12}) {
+        const auto merged =
+            merge_bracket(bracket({.bits = bits, .gamma = gamma, .white = white, .scatter = 0.003}, 5), {});
+        ASSERT_TRUE(merged.ok()) << merged.error().line();
+        const Wrong share = wrong(*merged, gamma == 1 ? 1 : unit_of(*merged));
+        EXPECT_LE(share.by_a_tenth, 0.001) << bits << " " << gamma << " " << white;
+        EXPECT_LE(share.valid, 0.98);  // of 18,000 pixels, 439 to 700 are white in the shortest exposure
+        EXPECT_LE(share.beyond_five, 0.001) << bits << " " << gamma << " " << white;
+        EXPECT_GT(share.valid, 0.95);
+      }
+}
+
+TEST(UnknownCamera, a_curve_of_many_codes_is_right_at_dark_ones) {
+  for (const int bits : {12, 14}) {
+    const auto merged = merge_bracket(bracket({.bits = bits, .gamma = 1.8}, 5), {});
+    ASSERT_TRUE(merged.ok()) << merged.error().line();
+    EXPECT_FALSE(merged->camera.straight);
+    const Wrong share = wrong(*merged, unit_of(*merged));
+    EXPECT_LE(share.by_a_tenth, 0.001) << bits;
+    EXPECT_LE(share.beyond_five, 0.001) << bits;
+  }
+}
+
+// A weak curve looks like a line whose exposures are wrong, so both are no straight camera.
+TEST(UnknownCamera, what_is_no_straight_line_is_not_taken_for_one) {
+  for (const Unknown& camera :
+       {Unknown{.gamma = 1.1}, Unknown{.true_ratio = 3.8}, Unknown{.bits = 8, .gamma = 1.1}}) {
+    const auto merged = merge_bracket(bracket(camera, 5), {}, {.unchecked = true});
+    ASSERT_TRUE(merged.ok()) << merged.error().line();
+    EXPECT_FALSE(merged->camera.straight);
+  }
+}
+
+}  // namespace
+}  // namespace symrig::unknown_camera_test

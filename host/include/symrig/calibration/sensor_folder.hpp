@@ -46,14 +46,17 @@ Result<SensorPhotographs> read_sensor_folder(const std::filesystem::path& folder
 struct SensorFindings {
   std::optional<Sensor> sensor;           ///< from dark and flat frames
   std::optional<Linearity> linearity;     ///< from the bracket, if the sensor is measured
-  std::optional<ResponseCurve> response;  ///< [Debevec97], unless the bracket proves the camera linear
+  std::optional<ResponseCurve> response;  ///< unless the bracket proves the measured sensor linear
+  /// Without dark and flat frames: the camera, if the bracket alone shows a straight line
+  /// (RecoveredResponse).
+  std::optional<NoiseModel> straight;
   /// Largest difference from [Robertson99], as a share of full light: the uncertainty of the method.
   double response_doubt = 0;
   std::optional<SceneFacts> scene;  ///< if the frames are of a scene
 
   /// A recovered curve is known to about 5 %: the codes next to clipping, which nothing samples, decide its
-  /// scale. Where two methods differ by more, what both assume does not hold: stated exposures, a still
-  /// scene, steady light.
+  /// scale. Where two methods differ by more, exposures are so far apart that they leave the curve open, or
+  /// what both methods assume does not hold: stated exposures, a still scene, steady light.
   static constexpr double kMostDoubt = 0.05;
   bool doubtful() const { return response && response_doubt > kMostDoubt; }
 };
@@ -130,20 +133,23 @@ struct BracketOptions {
 /// A bracket of photographs as radiance.
 struct MergedBracket {
   Radiance radiance;
-  const char* units = "";  ///< of radiance
-  SensorFindings camera;   ///< what it was merged with
+  const char* units = "";             ///< of radiance
+  SensorFindings camera;              ///< what it was merged with
+  std::vector<double> code_variance;  ///< of each code, by a response curve only: ResponseMerge
+  int saturation = 0;                 ///< codes from it on do not count
   std::vector<ExposureRatio> ratios;
   std::vector<std::string> warnings;  ///< what contradicts what, a sentence each
 };
 
 /// Merges `bracket`. A linear camera, by `known` or by the folder's dark and flat frames: merge weights of
-/// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
-/// (merge_by_response). Stated exposures are compared with those that pixels see.
-/// Ratios that are wrong by a tenth altogether, and bands, are refused; less is a warning. Pixels that have
-/// another light in two exposures, and those near them, are not valid, with a warning; many are refused.
-/// A sensor that clips before it says so is merged as it clips, with a warning.
-/// fails: bad_value (fewer than two exposures; a longer one that is not brighter; exposures that contradict
-/// each other; no light at all; a sensor or curve of other bits), as examine_sensor and the merges.
+/// MergeStream, electrons per second; by the bracket alone, in units of the largest code's light per second.
+/// Otherwise by a response curve, known or recovered from the bracket (merge_by_response). Stated exposures
+/// are compared with those that pixels see. Ratios that are wrong by a tenth altogether, and bands, are
+/// refused; less is a warning. Pixels that have another light in two exposures, and those near them, are not
+/// valid, with a warning; many are refused. A sensor that clips before it says so is merged as it clips, with
+/// a warning. fails: bad_value (fewer than two exposures; a longer one that is not brighter; exposures that
+/// contradict each other; no light at all; a sensor or curve of other bits), as examine_sensor and the
+/// merges.
 Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known,
                                     const BracketOptions& options = {});
 

@@ -134,21 +134,22 @@ Result<void> check_bracket_order(const SensorPhotographs& photographs) {
 
 namespace {
 
-/// A sample that both exposures see well: its number, its row, and how far its light is from what the other
-/// exposure expects, as a share.
+/// A sample that both exposures see well: its number, its row, how far its light is from what the other
+/// exposure expects, as a share, and the deviation of that share by the noise of both codes.
 struct LightChange {
   std::size_t at;
   std::size_t row;
   double share;
+  double sigma;
 };
 
-/// The light of a code, and the codes that tell it.
+/// The light of a code with its noise, and the codes that tell it.
 class ClearCodes {
  public:
-  ClearCodes(const SensorPhotographs& photographs, const SensorFindings& camera) : camera_(camera) {
-    const int largest = (1 << photographs.bits) - 1;
-    dark_ = camera.response ? 0 : camera.sensor->noise.pedestal();
-    const double full = camera.response ? largest : camera.sensor->noise.saturation_code();
+  explicit ClearCodes(const MergedBracket& merged)
+      : camera_(merged.camera), code_variance_(merged.code_variance) {
+    dark_ = camera_.response ? 0 : camera_.sensor->noise.pedestal();
+    const double full = merged.saturation;
     constexpr double kLow = 0.1, kHigh = 0.85;  // of the range: neither noise nor saturation
     low_ = dark_ + kLow * (full - dark_), high_ = dark_ + kHigh * (full - dark_);
   }
@@ -156,9 +157,23 @@ class ClearCodes {
   double light(std::uint16_t code) const {
     return camera_.response ? static_cast<double>(camera_.response->light[code]) : code - dark_;
   }
+  /// Of the light, relative to it.
+  double variance(std::uint16_t code) const {
+    const double of = light(code);
+    if (!camera_.response) {
+      const NoiseModel& noise = camera_.sensor->noise;
+      return noise.gain() * noise.gain() * noise.variance(of / noise.gain()) / (of * of);
+    }
+    const auto& curve = camera_.response->light;
+    const std::size_t below = std::max(code, std::uint16_t{2}) - 2U,
+                      above = std::min(code + 2UL, curve.size() - 1);
+    const double slope = (curve[above] - curve[below]) / static_cast<double>(above - below);
+    return slope * slope * code_variance_[code] / (of * of);
+  }
 
  private:
   const SensorFindings& camera_;
+  const std::vector<double>& code_variance_;
   double dark_ = 0, low_ = 0, high_ = 0;
 };
 
@@ -169,12 +184,14 @@ std::vector<LightChange> light_changes(const SensorPhotographs& photographs, con
   for (std::size_t i = 0; i < shorter.raw.size(); ++i) {
     if (!codes.clear(shorter.raw[i]) || !codes.clear(longer.raw[i])) continue;
     const double expected = ratio * codes.light(shorter.raw[i]);
-    all.push_back({i, i / width, codes.light(longer.raw[i]) / expected - 1});
+    all.push_back({i, i / width, codes.light(longer.raw[i]) / expected - 1,
+                   std::sqrt(codes.variance(shorter.raw[i]) + codes.variance(longer.raw[i]))});
   }
   return all;
 }
 
-/// Bands of one gain each: the rms of their gains, and what is left of `all` without them.
+/// Bands of one gain each: the rms of their gains, less what noise makes of them, and what is left of `all`
+/// without them.
 struct Bands {
   double rms = 0;
   std::vector<LightChange> left;
@@ -184,6 +201,7 @@ Bands bands_of(const std::vector<LightChange>& all) {
   std::vector<double> shares;
   shares.reserve(all.size());
   for (const LightChange& one : all) shares.push_back(one.share);
+  constexpr double kOfMedian = 1.57;  // its variance, by that of a mean
   const double usual = median(shares);
   double squares = 0;
   for (std::size_t k = 0; k < all.size();) {
@@ -192,30 +210,30 @@ Bands bands_of(const std::vector<LightChange>& all) {
     for (; end < all.size() && all[end].row == all[k].row; ++end) row.push_back(all[end].share);
     const double gain = median(row);
     squares += (gain - usual) * (gain - usual) * static_cast<double>(row.size());
-    for (; k < end; ++k) bands.left.push_back({all[k].at, all[k].row, all[k].share - gain});
+    for (; k < end; ++k) squares -= kOfMedian * all[k].sigma * all[k].sigma / static_cast<double>(row.size());
+    for (k = end - row.size(); k < end; ++k)
+      bands.left.push_back({all[k].at, all[k].row, all[k].share - gain, all[k].sigma});
   }
-  bands.rms = std::sqrt(squares / static_cast<double>(all.size()));
+  bands.rms = std::sqrt(std::max(0.0, squares) / static_cast<double>(all.size()));
   return bands;
 }
 
-/// The spread of most samples, and those that differ by a tenth of their light and by more than noise. Noise
-/// is 3 % at most where codes are clear; a wider spread is none.
+/// The spread of most samples, and those that differ by a tenth of their light and by more than noise.
 struct LightScatter {
   double sigma = 0;
   std::vector<std::size_t> changed;  ///< samples
   double share_changed = 0;
 };
 LightScatter light_scatter(const std::vector<LightChange>& all) {
-  constexpr double kSigmas = 6, kTenth = 0.1, kMostNoise = 0.03;
+  constexpr double kSigmas = 6, kTenth = 0.1;
   std::vector<double> shares;
   shares.reserve(all.size());
   for (const LightChange& one : all) shares.push_back(one.share);
   const double usual = median(shares);
   LightScatter spread;
   spread.sigma = robust_sigma(shares);
-  const double least = kSigmas * std::min(spread.sigma, kMostNoise) + kTenth;
   for (const LightChange& one : all)
-    if (std::abs(one.share - usual) > least) spread.changed.push_back(one.at);
+    if (std::abs(one.share - usual) > kSigmas * one.sigma + kTenth) spread.changed.push_back(one.at);
   spread.share_changed = static_cast<double>(spread.changed.size()) / static_cast<double>(all.size());
   return spread;
 }
@@ -226,7 +244,7 @@ std::vector<BracketChange> find_bracket_changes(const SensorPhotographs& photogr
                                                 std::span<const Frame> frames, const MergedBracket& merged) {
   constexpr std::size_t kFewest = 200;
   constexpr double kBands = 0.03, kPart = 0.01, kMostPart = 0.3;
-  const ClearCodes codes(photographs, merged.camera);
+  const ClearCodes codes(merged);
   std::vector<BracketChange> found;
   for (const ExposureRatio& ratio : merged.ratios) {
     const std::vector<LightChange> all =

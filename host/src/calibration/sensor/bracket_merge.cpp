@@ -17,6 +17,8 @@
 namespace symrig {
 namespace {
 
+constexpr const char* kUnitsOfCodes = "light of the largest code per second";
+
 /// The mean of some frames, in whole codes.
 SensorPhotographs::Codes mean_of(std::span<const Frame> frames, const std::vector<std::size_t>& which) {
   std::vector<double> sum(frames[which.front()].raw.size());
@@ -73,9 +75,11 @@ Result<void> merge_linear(const SensorPhotographs& photographs, std::span<const 
   for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
   MergeOptions options;
   if (!sensor.defects.empty()) options.dead = &sensor.defects;
+  const NoiseModel& noise = sensor.noise;
+  if (merged.camera.straight) options.scale = noise.gain() / (noise.max_code() - noise.pedestal());
   SYMRIG_TRY(merged.radiance, stream.finish(options));
   SYMRIG_TRY(merged.ratios, ratios_of(photographs, frames, sensor.noise));
-  merged.units = "electrons per second";
+  merged.units = merged.camera.straight ? kUnitsOfCodes : "electrons per second";
   return {};
 }
 
@@ -91,8 +95,9 @@ Result<void> merge_curved(const SensorPhotographs& photographs, std::span<const 
              merge_by_response(frames, photographs.grid, photographs.channels, *merged.camera.response,
                                usable_codes(photographs, merged.camera.sensor)));
   merged.radiance = std::move(by_response.radiance);
+  merged.code_variance = std::move(by_response.code_variance);
   merged.ratios = std::move(by_response.ratios);
-  merged.units = "light of the largest code per second";
+  merged.units = kUnitsOfCodes;
   return {};
 }
 
@@ -129,12 +134,13 @@ int saturation_of(const SensorPhotographs& photographs, const SensorFindings& ca
 }
 
 /// Says which share of the values is saturated even in the shortest exposure. They have no light to tell.
-void warn_of_burnt(std::span<const Frame> frames, int saturation, MergedBracket& merged) {
+void warn_of_burnt(std::span<const Frame> frames, MergedBracket& merged) {
   constexpr double kTold = 1e-3;
   const Frame& shortest = *std::min_element(
       frames.begin(), frames.end(), [](const Frame& a, const Frame& b) { return a.exposure < b.exposure; });
-  const auto burnt = static_cast<double>(std::count_if(
-      shortest.raw.begin(), shortest.raw.end(), [&](std::uint16_t code) { return code >= saturation; }));
+  const auto burnt =
+      static_cast<double>(std::count_if(shortest.raw.begin(), shortest.raw.end(),
+                                        [&](std::uint16_t code) { return code >= merged.saturation; }));
   const double share = burnt / static_cast<double>(shortest.raw.size());
   if (share > kTold)
     merged.warnings.push_back(
@@ -160,6 +166,17 @@ struct Contradictions {
   std::vector<std::string> small, large;
 };
 
+/// A curve that two methods find so differently is none: codes are wrong by a factor.
+constexpr double kUnknownCurve = 0.25;  // of full light
+
+std::string doubt_text(const SensorFindings& camera) {
+  return fmt::format(
+      "two methods of recovering the response differ by {:.2g} % of full light: exposures are so far apart "
+      "that "
+      "they leave it open, or exposures, scene or lamp changed",
+      100 * camera.response_doubt);
+}
+
 Contradictions contradictions_of(const SensorPhotographs& photographs, const MergedBracket& merged,
                                  const std::vector<calibration::BracketChange>& changes) {
   Contradictions found;
@@ -172,6 +189,9 @@ Contradictions contradictions_of(const SensorPhotographs& photographs, const Mer
                       photographs.bracket[ratio.shorter].file, ratio.stated));
   for (const calibration::BracketChange& change : changes)
     (change.everywhere ? found.large : found.small).push_back(change.what);
+  if (merged.camera.doubtful())
+    (merged.camera.response_doubt > kUnknownCurve ? found.large : found.small)
+        .push_back(doubt_text(merged.camera));
   return found;
 }
 
@@ -259,25 +279,24 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
   } else {
     SYMRIG_TRY(merged.camera, examine_sensor(photographs));
     SYMRIG_CHECK(blame_exposures(frames, merged.camera));
+    if (merged.camera.straight) {
+      merged.camera.sensor.emplace().noise = *merged.camera.straight;
+      merged.camera.response.reset();
+    }
   }
   SYMRIG_CHECK(merged.camera.response ? merge_curved(photographs, frames, merged)
                                       : merge_linear(photographs, frames, merged));
-  const int saturation = saturation_of(photographs, merged.camera);
+  merged.saturation = saturation_of(photographs, merged.camera);
   const auto changes = calibration::find_bracket_changes(photographs, frames, merged);
   Contradictions found = contradictions_of(photographs, merged, changes);
   if (!options.unchecked) {
     if (!found.large.empty()) return contradicts(found.large);
-    SYMRIG_CHECK(check_any_valid(frames, saturation, merged.radiance));
+    SYMRIG_CHECK(check_any_valid(frames, merged.saturation, merged.radiance));
     discard(changes, merged.radiance);
   }
-  warn_of_burnt(frames, saturation, merged);
+  warn_of_burnt(frames, merged);
   merged.warnings.insert(merged.warnings.end(), found.large.begin(), found.large.end());
   merged.warnings.insert(merged.warnings.end(), found.small.begin(), found.small.end());
-  if (merged.camera.doubtful())
-    merged.warnings.push_back(
-        fmt::format("two methods of recovering the response differ by {:.2g} % of full light: exposures, "
-                    "scene or lamp changed",
-                    100 * merged.camera.response_doubt));
   return merged;
 }
 

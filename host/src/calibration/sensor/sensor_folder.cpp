@@ -281,6 +281,7 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
              recover_response(bracket, usable_codes(photographs, findings.sensor)));
   findings.response = std::move(recovered.curve);
   findings.response_doubt = recovered.doubt;
+  if (!findings.sensor) findings.straight = recovered.straight;
   return findings;
 }
 
