@@ -282,8 +282,8 @@ std::string result_text(const Measured& measured) {
         percent(found.response_doubt));
   if (found.doubtful())
     text += fmt::format(
-        "  warning: the two methods may differ by {}: exposures are too far apart, or exposures, scene or "
-        "lamp changed\n",
+        "  warning: the two methods may differ by {}: exposures are too dark or too far apart, or "
+        "exposures, scene or lamp changed\n",
         percent(SensorFindings::kMostDoubt));
   if (measured.rig && measured.rig->defects_left_out)
     text += "  defects are not stored: camera.region is a part of the picture, so they have no place in it\n";

@@ -171,9 +171,9 @@ constexpr double kUnknownCurve = 0.25;  // of full light
 
 std::string doubt_text(const SensorFindings& camera) {
   return fmt::format(
-      "two methods of recovering the response differ by {:.2g} % of full light: exposures are so far apart "
-      "that "
-      "they leave it open, or exposures, scene or lamp changed",
+      "two methods of recovering the response differ by {:.2g} % of full light: exposures are too dark or "
+      "too far "
+      "apart to tell it, or exposures, scene or lamp changed",
       100 * camera.response_doubt);
 }
 
