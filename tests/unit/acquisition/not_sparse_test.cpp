@@ -86,6 +86,42 @@ TEST(NotSparse, memory_below_brute_force_ends_the_search_with_as_many_photograph
   expect_told_and_not_completed(outcome, 110, "brute_force");
 }
 
+/// Direct light of 1/2 to 1 and a checkerboard without noise. The checkerboard hides in block patterns and in
+/// the held-out photographs until single pixels are lit; then its light seems to come from their neighbours.
+DenseTransport lit_checkerboard(int side) {
+  const double between = 1.0 / side / side;
+  return {{side, side}, [=](int i, int j) {
+            const bool same = (i / side + i % side) % 2 == (j / side + j % side) % 2;
+            return (same ? between : 0) + (i == j ? 0.5 + 0.5 * (i % 7) / 6 : 0);
+          }};
+}
+
+double best_of_record(const CaptureResult& result) {
+  return *std::min_element(result.error_per_level.begin(), result.error_per_level.end());
+}
+
+TEST(NotSparse, a_level_that_makes_it_worse_calls_brute_force) {
+  for (const int side : {16, 32}) {
+    const Outcome outcome = run(lit_checkerboard(side));
+    ASSERT_TRUE(outcome.result.undetermined) << side;
+    EXPECT_TRUE(outcome.result.undetermined->completed);
+    EXPECT_LE(outcome.result.patterns, side * side);
+    EXPECT_LE(outcome.error, best_of_record(outcome.result)) << side;
+  }
+}
+
+// What the search knew before stays, without what no photograph can have told: the half of the checkerboard
+// that is not even, of norm 1/2, while T has at least that of its direct light, side / 2.
+TEST(NotSparse, a_level_that_makes_it_worse_is_taken_back_if_brute_force_is_too_long) {
+  constexpr int kSide = 32;
+  const Outcome outcome = run(lit_checkerboard(kSide), {.max_patterns = 100});
+  expect_told_and_not_completed(outcome, 100, "max_patterns");
+  EXPECT_LE(outcome.error, 1.0 / kSide + best_of_record(outcome.result));
+  ASSERT_TRUE(outcome.result.estimated);
+  EXPECT_TRUE(std::isnan(outcome.result.estimated->frobenius));
+  EXPECT_EQ(outcome.result.estimate_not_given.size(), 4);
+}
+
 TEST(NotSparse, baselines_never_switch) {
   const DenseTransport scene = transport({10, 11}, flat_spectrum(110, 3));
   const Outcome paper = run(scene, {.algorithm = Algorithm::paper});

@@ -52,6 +52,9 @@ constexpr const char* kWrongLeaves = "held-out photographs find leaves wrong tha
 
 }  // namespace
 
+const char* const Sparseness::kContradiction =
+    "photographs of small blocks contradict products that large ones passed as";
+
 /// Photographs of this level and all later ones if no pair of blocks is a leaf and no two share a photograph.
 std::int64_t Sparseness::dense_levels(int level) const {
   std::int64_t photographs = 0;
@@ -113,6 +116,13 @@ bool Sparseness::worth_searching(int level, std::int64_t photographs, std::int64
 
 void Sparseness::doubt_leaves() {
   if (!misses_little()) doubt(kWrongLeaves, photographer_.taken());
+}
+
+bool Sparseness::doubt_level() {
+  if (misses_little_of_all()) return false;
+  if (algorithm_info(facts_.options.algorithm).yields_to_brute_force)
+    doubt(kContradiction, photographer_.taken());
+  return true;
 }
 
 /// True if brute force measures the rest.

@@ -95,6 +95,9 @@ class Sparseness {
   void misses_of_all(double share) { missed_.of_all = share; }
   /// The checks find leaves wrong that cannot be reopened within the budget.
   void doubt_leaves();
+  /// The photographs of a level contradict the leaves of coarser ones. False: what is missed is little.
+  bool doubt_level();
+  static const char* const kContradiction;
 
   /// Brute force measures the rest.
   bool brute_force_takes_over() const { return undetermined_ && undetermined_->completed; }

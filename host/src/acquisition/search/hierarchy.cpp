@@ -26,6 +26,8 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -63,8 +65,11 @@ class Hierarchy {
   Result<bool> finish_early();
   Result<void> search_level(int level);
   void report_step(int level);
+  bool got_worse() const;
+  void take_back(int level);
   void show(const CaptureSnapshot& so_far, bool direct);
   Result<CaptureResult> refine();
+  static void withdraw_estimates(CaptureResult& result);
   Result<CaptureResult> measure_rest();
   void report(CaptureResult& result);
 
@@ -85,6 +90,15 @@ class Hierarchy {
   std::optional<Checks> checks_;
   std::optional<CaptureForecast> forecast_of_all_;
   std::vector<ErrorBar> error_per_level_;
+  /// What the last level began with, until the checks have judged it.
+  struct Before {
+    KnownTransport::Mark mark;
+    NodeLevel unknown;
+    std::size_t level_light;  ///< number of Findings::level_light
+  };
+  std::optional<Before> before_;
+  bool taken_back_ = false;    ///< the last level that was searched
+  bool contradicted_ = false;  ///< by that level
   std::vector<CaptureStep> steps_;
   std::string stopped_by_ = "done";
 };
@@ -188,8 +202,36 @@ Result<void> Hierarchy::search() {
     SYMRIG_CHECK(search_level(level));
     if (sparseness_.brute_force_takes_over()) return {};
     report_step(level);
+    if (got_worse()) {
+      take_back(level);
+      return {};
+    }
+    before_.reset();
   }
   return {};
+}
+
+/// The checks miss the tensor by clearly more than before this level. Then its photographs contradict leaves
+/// of coarser levels, and their light went to where none is: light that is balanced in all blocks (a
+/// checkerboard) passes every test until single pixels are lit.
+bool Hierarchy::got_worse() const {
+  constexpr double kClearly = 2;
+  if (!before_ || error_per_level_.size() < 2) return false;
+  const ErrorBar &was = error_per_level_[error_per_level_.size() - 2], &is = error_per_level_.back();
+  return is.value - is.half_width > kClearly * (was.value + was.half_width);
+}
+
+/// The level ends as it began, and so does the search.
+void Hierarchy::take_back(int level) {
+  found_.known.rewind(before_->mark);
+  checks_->forget();  // what they have subtracted
+  found_.level_light.resize(before_->level_light, LevelLight(0, {}, 0, 0));
+  found_.close_all(facts_);
+  found_.open[level] = std::move(before_->unknown);
+  before_.reset();
+  taken_back_ = true;
+  contradicted_ = sparseness_.doubt_level();
+  accept_open(facts_, found_, checks());
 }
 
 /// True if no further level is needed: all unknown light is direct or short-range, a budget is used up, or
@@ -220,6 +262,8 @@ Result<void> Hierarchy::search_level(int level) {
   NodeLevel unknown = std::move(found_.open[at]);
   found_.open[at] = NodeLevel(facts_.tree, level, facts_.channels);
   found_.patterns_per_level.resize(std::max(found_.patterns_per_level.size(), at + 2));
+  const KnownTransport::Mark mark = found_.known.mark();
+  const std::size_t level_light = found_.level_light.size();
   LevelSearch search(facts_, photographer_, found_, unknown);
   search.ask_first([&](std::int64_t photographs, std::int64_t later) {
     return sparseness_.worth_searching(level, photographs, later);
@@ -256,6 +300,10 @@ Result<void> Hierarchy::search_level(int level) {
     tolerance_.settle(search, unknown, std::move(tested), found_.open[at + 1],
                       [&](double pace_there) { return budget_.of_user(pace_there).left; });
   if (tolerance_.raised() && !budget_.reopening()) stopped_by_ = budget_.of_user().name;
+  if (checks_ && !budget_.reopening()) {
+    unknown.drop_evidence();
+    before_ = Before{mark, std::move(unknown), level_light};
+  }
   return {};
 }
 
@@ -288,9 +336,11 @@ Result<CaptureResult> Hierarchy::refine() {
   Finishing finishing(facts_, photographer_, found_, checks());
   budget_.end_reopening();
   tolerance_.keep_coarsest();
-  SYMRIG_CHECK(finishing.refit_direct_light(
-      {.noisy = flood_.noisy, .reopened = reopening_.changed(), .budget = budget_.left()}));
-  SYMRIG_CHECK(finishing.polish());
+  if (!taken_back_) {  // else photographs of the last level would spoil what they contradict
+    SYMRIG_CHECK(finishing.refit_direct_light(
+        {.noisy = flood_.noisy, .reopened = reopening_.changed(), .budget = budget_.left()}));
+    SYMRIG_CHECK(finishing.polish());
+  }
   options().work.begin("merging leaves");
   merge_leaves(facts_, found_.known);
   // Estimates read a few photographs at a time. A tensor is twice in memory while it is finished.
@@ -304,10 +354,25 @@ Result<CaptureResult> Hierarchy::refine() {
   if (!checks_) return result;
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
   SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));
+  if (contradicted_) withdraw_estimates(result);
   SYMRIG_TRY(result.held_out, checks_->held_out(facts_.tree, photographer_));
   for (const LogRange& range : checks_->ranges())
     for (std::int64_t k = range.first; k < range.last; ++k) result.held_out_at.push_back(k);
   return result;
+}
+
+/// Light that is balanced in all blocks hides from the checks as well, so they cannot tell what is missed.
+void Hierarchy::withdraw_estimates(CaptureResult& result) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  using Kind = std::pair<const char*, double TransportErrors::*>;
+  for (const auto& [key, kind] :
+       {Kind{"frobenius", &TransportErrors::frobenius}, Kind{"indirect", &TransportErrors::indirect},
+        Kind{"relight.random", &TransportErrors::relight_random},
+        Kind{"relight.natural", &TransportErrors::relight_natural}}) {
+    (*result.estimated).*kind = result.estimated_half_width.*kind = kNone;
+    std::erase_if(result.estimate_not_given, [&](const ErrorNotGiven& one) { return one.key == key; });
+    result.estimate_not_given.push_back({key, Sparseness::kContradiction});
+  }
 }
 
 /// Brute force for the rest. The checks estimate the errors of a tensor that they are no part of. Then they

@@ -211,6 +211,12 @@ NodeLevel::DiagonalLight NodeLevel::diagonal_light(std::span<const std::int32_t>
   return light;
 }
 
+void NodeLevel::drop_evidence() {
+  for (Node& node : nodes_) node.evidence = node.pairs = -1;
+  evidence_ = {};
+  pairs_ = {};
+}
+
 void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const float> residual,
                        std::span<const float> variance, std::span<const std::uint8_t> valid) {
   const Block& seen = block(lit == Side::col ? node.row : node.col);

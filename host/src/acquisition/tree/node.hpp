@@ -77,6 +77,9 @@ class NodeLevel {
   /// Makes room for the evidence of nodes (indices) that are going to be tested.
   void make_room(std::span<const std::int32_t> tested);
 
+  /// Gives back the memory of the evidence.
+  void drop_evidence();
+
   enum class Side : std::uint8_t { row, col };
   /// Keeps the part of a photograph that belongs to `node`: child `slot` of the block on side `lit` was lit,
   /// the other block is seen. residual, variance, valid: whole photograph in tree order [channel][pixel],
