@@ -75,7 +75,8 @@ std::string rig_help() {
          "  exec:COMMAND: a program of yours, which gets patterns and answers photographs "
          "(docs/howto-own-rig.md)\n"
          "  dense:FILE or dense:FILE?grid=ROWSxCOLS&views=ROWSxCOLS: a matrix T of yours in a .npy, .mat or "
-         "HDF5 file\n"
+         "HDF5 file;\n"
+         "    with a key of a simulated rig, such as &noise=camera, the matrix is the scene of that rig\n"
          "Scenes:\n" +
          scene_help() + "Keys of a simulated rig, with their defaults:\n" + scene_key_help();
 }

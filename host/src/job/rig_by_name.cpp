@@ -161,8 +161,7 @@ Result<Registration> register_now(Probe& rig, const KeepWaiting& keep_waiting) {
 /// Above this, T is not taken to be symmetric: far above the rounding of a float, far below a tolerance.
 constexpr double kSymmetric = 1e-5;
 
-Result<void> check_symmetric_matrix(const DenseMatrix& matrix, const std::string& rig) {
-  const double share = asymmetry(matrix);
+Result<void> check_symmetric_matrix(double share, const std::string& rig) {
   if (share <= kSymmetric) return {};
   return Error{
       ErrorCode::bad_value,
@@ -174,7 +173,7 @@ Result<void> check_symmetric_matrix(const DenseMatrix& matrix, const std::string
 Result<OpenedRig> open_dense_rig(const std::string& rig) {
   SYMRIG_TRY(const DenseUri uri, parse_dense_uri(rig));
   SYMRIG_TRY(DenseMatrix matrix, read_dense(uri));
-  Result<void> symmetric = check_symmetric_matrix(matrix, rig);
+  Result<void> symmetric = check_symmetric_matrix(asymmetry(matrix), rig);
   return OpenedRig{make_dense_rig(std::move(matrix), rig, uri.views), nullptr, "off", nullptr,
                    std::move(symmetric)};
 }
@@ -197,7 +196,9 @@ Result<void> check_rig_exists(const std::string& rig) {
 }
 
 bool is_simulated(const std::string& rig) {
-  return rig.starts_with("sim:");
+  if (!is_dense(rig)) return rig.starts_with("sim:");
+  const auto uri = parse_dense_uri(rig);
+  return uri && !uri->rig_keys.empty();
 }
 
 bool is_rig_file(const std::string& rig) {
@@ -225,8 +226,10 @@ Result<OpenedRig> open_with(const std::string& rig, const std::function<void(Rig
     hooks.options = set;
     SYMRIG_TRY(auto simulated, open_virtual_rig(rig, std::move(hooks)));
     const Rig* inside = &simulated->rig();
-    const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
-    return OpenedRig{std::move(simulated), inside, noise};
+    const SceneUri& uri = simulated->uri();
+    const std::string noise = uri.camera_noise ? "camera" : "off";
+    Result<void> symmetric = uri.given ? check_symmetric_matrix(uri.given->asymmetry, rig) : Result<void>();
+    return OpenedRig{std::move(simulated), inside, noise, nullptr, std::move(symmetric)};
   }
   if (is_exec(rig)) return open_exec_rig(rig, keep_waiting);
   if (is_dense(rig)) return open_dense_rig(rig);

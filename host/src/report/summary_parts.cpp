@@ -2,6 +2,7 @@
 
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/report/summary.hpp"
+#include "symrig/sim/dense_rig.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>
@@ -64,8 +65,20 @@ std::vector<std::string> differences(const SceneUri& file, const SceneUri& rig) 
 
 }  // namespace
 
+namespace {
+
+/// Both are one matrix, on any rig.
+bool same_matrix(const std::string& captured, const std::string& rig) {
+  if (!is_dense(captured) || !is_dense(rig)) return false;
+  const auto one = parse_dense_uri(captured), other = parse_dense_uri(rig);
+  if (!one || !other || one->file != other->file || one->views != other->views) return false;
+  return one->grid == other->grid || one->grid.size() == 0 || other->grid.size() == 0;
+}
+
+}  // namespace
+
 std::vector<std::string> differences_of_scene(const std::string& captured, const std::string& rig) {
-  if (captured.empty() || captured == rig) return {};
+  if (captured.empty() || captured == rig || same_matrix(captured, rig)) return {};
   if (!simulated(captured) || !simulated(rig))
     return {fmt::format("the rig is {}, the file's is {}", rig, captured)};
   const auto file = parse_scene_uri(captured);

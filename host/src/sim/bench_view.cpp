@@ -97,7 +97,7 @@ class BenchView final : public CameraView {
   BenchView(const SceneUri& uri, std::shared_ptr<const Scene> points)
       : uri_(with_camera(uri)),
         points_(std::move(points)),
-        map_(uri_, find_scene(uri_.name)->depth),
+        map_(uri_, depth_of(uri_)),
         projector_gain_(vignette_picture(uri_.size, uri_.vignetting.projector)) {
     if (uri_.defocus.camera > 0) camera_blur_.emplace(points_->grid(), uri_.defocus.camera * uri_.fine);
     if (uri_.defocus.projector > 0)

@@ -98,7 +98,7 @@ const RigProfile& profile_of(const SceneUri& uri) {
 }
 
 double transmission_of(const SceneUri& uri) {
-  return uri.light * profile_of(uri).light;
+  return uri.light * profile_of(uri).light / (uri.given ? uri.given->white : 1);
 }
 
 RigSetup setup_of(const RigProfile& profile) {

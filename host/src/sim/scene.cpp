@@ -60,6 +60,21 @@ class CellScene final : public Scene {
   std::shared_ptr<const Scene> points_;
 };
 
+/// A scene that others have, too.
+class BorrowedScene final : public Scene {
+ public:
+  explicit BorrowedScene(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {}
+
+  Grid grid() const override { return scene_->grid(); }
+  int channels() const override { return scene_->channels(); }
+  void apply(std::span<const float> p, std::span<float> y, int channel) const override {
+    scene_->apply(p, y, channel);
+  }
+
+ private:
+  std::shared_ptr<const Scene> scene_;
+};
+
 /// The grid of a scene's points.
 Grid points_of(const SceneUri& uri) {
   return {uri.size.rows * uri.fine, uri.size.cols * uri.fine};
@@ -89,6 +104,7 @@ Result<void> check_size(const SceneUri& uri) {
 
 Result<std::unique_ptr<Scene>> make_points(const SceneUri& uri) {
   SYMRIG_CHECK(check_size(uri));
+  if (uri.given) return std::unique_ptr<Scene>(std::make_unique<BorrowedScene>(uri.given->points));
   const SceneRow* row = find_scene(uri.name);
   if (row == nullptr) return unknown_scene(uri.name);
   SceneUri points = uri;
@@ -112,6 +128,7 @@ Image<float> Scene::apply(const Image<float>& pattern) const {
 }
 
 ViewLayout views_of(const SceneUri& uri) {
+  if (uri.given) return uri.given->views;
   const sim::SceneRow* row = sim::find_scene(uri.name);
   return row == nullptr ? ViewLayout() : row->views;
 }

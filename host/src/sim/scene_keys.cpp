@@ -3,7 +3,9 @@
 
 #include "sim/scenes.hpp"
 #include "sim/view.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/base/text.hpp"
+#include "symrig/sim/dense_rig.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>
@@ -316,7 +318,60 @@ Result<void> read_items(std::string_view query, SceneUri& uri) {
 
 }  // namespace
 
-Result<SceneUri> parse_scene_uri(std::string_view uri) {
+namespace {
+
+/// What the exposures of a simulated camera take for white: the brightest of the flood-lit scene is that of
+/// the brightest albedo. A few points may be brighter, as lamps and mirrors are.
+double white_of(const Scene& points) {
+  constexpr double kOrdinary = 0.99, kMostBeyond = 8;
+  const Image<float> flood = points.apply(Image<float>(points.grid(), 1, 1.F));
+  std::vector<float> light(flood.values().begin(), flood.values().end());
+  const auto ordinary = static_cast<double>(quantile(light, kOrdinary));
+  const auto most = static_cast<double>(std::ranges::max(light));
+  return std::max(ordinary, most / kMostBeyond) / static_cast<double>(sim::kBrightest);
+}
+
+Result<void> check_given(const SceneUri& parsed, const DenseUri& dense, const DenseMatrix& matrix) {
+  const std::string file = dense.file.string();
+  const auto bad = [](ErrorCode code, std::string what, std::string hint) {
+    return Error{code, std::move(what), std::move(hint)};
+  };
+  const SceneUri standard;
+  if (parsed.size != standard.size || parsed.channels != 1 || parsed.indirect != 1 || parsed.parallax != 0)
+    return bad(ErrorCode::bad_argument,
+               fmt::format("{} is a matrix: its size, light and depth are what they are", file),
+               "remove the keys size, channels, indirect and parallax");
+  if (matrix.grid.rows % parsed.fine != 0 || matrix.grid.cols % parsed.fine != 0)
+    return bad(
+        ErrorCode::bad_argument,
+        fmt::format("fine={} does not divide the {} points of {}", parsed.fine, to_string(matrix.grid), file),
+        "give a divisor of both sides");
+  if (std::ranges::any_of(matrix.values, [](float v) { return v < 0; }))
+    return bad(ErrorCode::bad_value, fmt::format("{} has negative light, which no camera sees", file),
+               "remove the keys of the simulated rig: its photographs are then T times the pattern");
+  return {};
+}
+
+/// `dense:FILE?grid=…&key=value`: the file's matrix on the rig of these keys.
+Result<SceneUri> parse_given(const std::string& uri) {
+  SYMRIG_TRY(const DenseUri dense, parse_dense_uri(uri));
+  SceneUri parsed;
+  SYMRIG_CHECK(read_items(dense.rig_keys, parsed));
+  SYMRIG_TRY(DenseMatrix matrix, read_dense(dense));
+  SYMRIG_CHECK(check_given(parsed, dense, matrix));
+  parsed.name = dense.file.string();
+  parsed.size = {matrix.grid.rows / parsed.fine, matrix.grid.cols / parsed.fine};
+  GivenScene given{.views = dense.views, .asymmetry = asymmetry(matrix)};
+  given.points = make_dense_scene(std::move(matrix));
+  given.white = white_of(*given.points);
+  if (!(given.white > 0))
+    return Error{ErrorCode::bad_value, fmt::format("{}: no pixel of the flood-lit scene is lit", parsed.name),
+                 "give a matrix with light"};
+  parsed.given = std::make_shared<const GivenScene>(std::move(given));
+  return parsed;
+}
+
+Result<SceneUri> parse_named(std::string_view uri) {
   constexpr std::string_view kScheme = "sim:";
   if (!uri.starts_with(kScheme))
     return Error{ErrorCode::bad_argument, fmt::format("'{}' is not a simulated rig", uri),
@@ -328,6 +383,13 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
   SceneUri parsed;
   parsed.name = name;
   if (question != std::string_view::npos) SYMRIG_CHECK(read_items(uri.substr(question + 1), parsed));
+  return parsed;
+}
+
+}  // namespace
+
+Result<SceneUri> parse_scene_uri(std::string_view uri) {
+  SYMRIG_TRY(SceneUri parsed, is_dense(std::string(uri)) ? parse_given(std::string(uri)) : parse_named(uri));
   if (!parsed.camera_noise) parsed.black = 0;
   if (parsed.psf > 0 && sim::is_bench(parsed))
     return Error{ErrorCode::bad_argument,
@@ -339,10 +401,14 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
 std::string SceneUri::to_string() const {
   SceneUri defaults;
   if (!camera_noise) defaults.black = 0;  // always 0 then, so it is not printed
-  std::string text = fmt::format("sim:{}?size={}", name, symrig::to_string(size));
+  std::string text = given ? fmt::format("dense:{}?grid={}", name, symrig::to_string(given->points->grid()))
+                           : fmt::format("sim:{}?size={}", name, symrig::to_string(size));
+  if (given && given->views.count() > 1) text += fmt::format("&views={}", symrig::to_string(given->views));
   for (const sim::KeyRow& key : sim::key_table()) {
     const std::string value = key.print(*this);
-    if (key.name != "size" && value != key.print(defaults)) text += fmt::format("&{}={}", key.name, value);
+    // A matrix without a key would be no simulated rig.
+    const bool told = value != key.print(defaults) || (given && key.name == "noise");
+    if (key.name != "size" && told) text += fmt::format("&{}={}", key.name, value);
   }
   return text;
 }

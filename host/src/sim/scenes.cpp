@@ -296,6 +296,10 @@ constexpr auto kNames = [] {
 
 }  // namespace
 
+Depth depth_of(const SceneUri& uri) {
+  return uri.given ? flat : find_scene(uri.name)->depth;
+}
+
 const SceneRow* find_scene(std::string_view name) {
   const auto* row =
       std::find_if(kScenes.begin(), kScenes.end(), [name](const SceneRow& one) { return one.name == name; });

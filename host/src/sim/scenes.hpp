@@ -41,6 +41,9 @@ struct SceneRow {
 /// The scene of that name. nullptr: none has it.
 const SceneRow* find_scene(std::string_view name);
 
+/// A given scene has none.
+Depth depth_of(const SceneUri& uri);
+
 /// The error unknown_name. It names the nearest scene, and all scenes.
 Error unknown_scene(std::string_view name);
 

@@ -4,9 +4,11 @@
 #include "mat_bytes.hpp"
 #include "scratch.hpp"
 #include "symrig/sim/dense_rig.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 #include "tensor/h5_file.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -310,6 +312,81 @@ TEST_F(DenseRig, its_views_tile_its_grid) {
   ASSERT_TRUE(matrix.ok()) << matrix.error().line();
   EXPECT_EQ(make_dense_rig(*matrix, "dense:T.npy")->views(), ViewLayout{});
   EXPECT_EQ(make_dense_rig(*std::move(matrix), "dense:T.npy", {1, 2})->views(), (ViewLayout{1, 2}));
+}
+
+// The matrix as the scene of a simulated rig.
+
+/// T of 8x8 pixels: direct light, and light between neighbours in raster order. scale: of its unit.
+std::vector<float> lit_matrix(float scale) {
+  std::vector<float> values(64 * 64);
+  for (std::size_t i = 0; i < 64; ++i)
+    for (std::size_t j = 0; j < 64; ++j)
+      values[i * 64 + j] = scale * (i == j                     ? 0.5F + 0.005F * static_cast<float>(i)
+                                    : i + 1 == j || j + 1 == i ? 0.1F
+                                                               : 0);
+  return values;
+}
+
+TEST_F(DenseRig, with_keys_of_a_rig_it_is_the_scene_of_one) {
+  const auto matrix = read(npy(lit_matrix(1), "(64, 64)"));
+  ASSERT_TRUE(matrix.ok()) << matrix.error().line();
+  const auto exact = make_dense_rig(*matrix, "");
+  const std::string uri = "dense:" + path_.string() + "?noise=off&profile=video";
+  const auto rig = open_virtual_rig(uri);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  EXPECT_EQ((*rig)->grid(), (Grid{8, 8}));
+  Pattern pattern((*rig)->grid());
+  for (std::size_t i = 0; i < 64; i += 3) pattern.values()[i] = 1;
+  const auto seen = (*rig)->measure(std::span(&pattern, 1)),
+             expected = exact->measure(std::span(&pattern, 1));
+  ASSERT_TRUE(seen.ok()) << seen.error().line();
+  for (std::size_t i = 0; i < 64; ++i)
+    EXPECT_FLOAT_EQ(seen->front().mean.values()[i], expected->front().mean.values()[i]);
+  EXPECT_GT((*rig)->cost().rig_seconds, 0);
+  // Its name says the same again.
+  const auto again = parse_scene_uri((*rig)->uri().to_string());
+  ASSERT_TRUE(again.ok()) << again.error().line();
+  EXPECT_EQ(again->to_string(), (*rig)->uri().to_string());
+  EXPECT_EQ(again->profile, "video");
+}
+
+// The camera sees as much of any unit: noise is below 5 % of what is lit, and time is the same.
+TEST_F(DenseRig, exposures_fit_light_of_any_unit) {
+  std::vector<double> seconds;
+  for (const float scale : {1e-6F, 1.F, 1e5F}) {
+    ASSERT_TRUE(read(npy(lit_matrix(scale), "(64, 64)")).ok());
+    const auto rig = open_virtual_rig("dense:" + path_.string() + "?noise=camera&black=0");
+    ASSERT_TRUE(rig.ok()) << rig.error().line();
+    Pattern white((*rig)->grid(), 1, 1.F);
+    const auto seen = (*rig)->measure(std::span(&white, 1));
+    ASSERT_TRUE(seen.ok()) << seen.error().line();
+    const double mean = seen->front().mean.values()[20],
+                 sigma = std::sqrt(seen->front().variance.values()[20]);
+    EXPECT_NEAR(mean / static_cast<double>(scale), 0.8, 5 * sigma / static_cast<double>(scale));
+    EXPECT_LT(sigma, 0.05 * mean);
+    seconds.push_back((*rig)->cost().rig_seconds);
+  }
+  EXPECT_DOUBLE_EQ(seconds[0], seconds[1]);
+  EXPECT_DOUBLE_EQ(seconds[2], seconds[1]);
+}
+
+TEST_F(DenseRig, what_no_simulated_rig_can_have_is_refused) {
+  ASSERT_TRUE(read(npy(lit_matrix(1), "(64, 64)")).ok());
+  const auto line = [&](const std::string& query) {
+    const auto uri = parse_scene_uri("dense:" + path_.string() + "?" + query);
+    return uri.ok() ? std::string() : uri.error().line();
+  };
+  for (const char* const query : {"size=8x8", "channels=3", "indirect=2", "parallax=1"})
+    EXPECT_NE(line(query).find("remove the keys size, channels, indirect and parallax"), std::string::npos)
+        << query;
+  EXPECT_NE(line("fine=3").find("does not divide"), std::string::npos);
+  EXPECT_NE(line("nois=off").find("did you mean 'noise'?"), std::string::npos);
+  EXPECT_NE(line("profile=slow").find("profile"), std::string::npos);
+  auto negative = lit_matrix(1);
+  negative[7] = -0.1F;
+  ASSERT_TRUE(read(npy(negative, "(64, 64)")).ok());
+  EXPECT_NE(line("noise=camera").find("negative light"), std::string::npos);
+  EXPECT_TRUE(read(npy(std::vector<float>(64 * 64, 0.F), "(64, 64)")).error().code == ErrorCode::bad_value);
 }
 
 TEST(DenseUri, names_a_file_and_perhaps_a_grid) {

@@ -20,7 +20,7 @@
 
 namespace symrig {
 
-/// True for "sim:…".
+/// True for "sim:…", and for "dense:…" with keys of a simulated rig.
 bool is_simulated(const std::string& rig);
 
 /// True for what is neither "sim:…" nor "exec:…" nor "dense:…": the name of a rig file.

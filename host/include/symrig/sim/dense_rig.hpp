@@ -3,6 +3,7 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/sim/scene.hpp"
 
 #include <filesystem>
 #include <memory>
@@ -17,11 +18,13 @@ struct DenseMatrix {
   std::vector<float> values;  ///< [camera pixel × projector pixel], row after row
 };
 
-/// What `dense:FILE` or `dense:FILE?grid=ROWSxCOLS&views=ROWSxCOLS` names. Each key may be left out.
+/// What `dense:FILE` or `dense:FILE?grid=ROWSxCOLS&views=ROWSxCOLS` names. Each key may be left out. Keys of
+/// a simulated rig (scene_keys()) make the matrix the scene of one.
 struct DenseUri {
   std::filesystem::path file;
-  Grid grid = {};         ///< 0x0: not given
-  ViewLayout views = {};  ///< that tile the grid
+  Grid grid = {};             ///< 0x0: not given
+  ViewLayout views = {};      ///< that tile the grid
+  std::string rig_keys = {};  ///< "noise=camera&profile=dim"; empty: photographs are exact and take no time
 };
 
 /// True for "dense:…".
@@ -39,6 +42,9 @@ Result<DenseUri> parse_dense_uri(const std::string& rig);
 /// (none of these, other numbers, truncated), size_mismatch, bad_value (NaN or infinity), limit (more than
 /// 2^16 pixels), bad_argument (views that do not fit the grid).
 Result<DenseMatrix> read_dense(const DenseUri& uri);
+
+/// T as a scene of one channel.
+std::unique_ptr<Scene> make_dense_scene(DenseMatrix matrix);
 
 /// The largest |T_ij - T_ji| as a share of the largest |T_ij|.
 double asymmetry(const DenseMatrix& matrix);

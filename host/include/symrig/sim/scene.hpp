@@ -32,9 +32,21 @@ struct Ghost {
   bool operator==(const Ghost&) const = default;
 };
 
-/// A parsed `sim:<name>[?key=value&...]`. `symrig capture --help` lists names, keys and defaults.
+class Scene;
+
+/// A scene that is a matrix of the user, instead of a named one: `dense:FILE?key=value`.
+struct GivenScene {
+  std::shared_ptr<const Scene> points = {};  ///< T of the scene's points
+  ViewLayout views = {};
+  double white = 1;      ///< radiance that the simulated exposures take for a white wall's
+  double asymmetry = 0;  ///< of the matrix
+};
+
+/// A parsed `sim:<name>[?key=value&...]`, or `dense:FILE?key=value` with a key of a simulated rig.
+/// `symrig capture --help` lists names, keys and defaults.
 struct SceneUri {
-  std::string name = "plane";
+  std::string name = "plane";  ///< of a given scene: its file
+  std::shared_ptr<const GivenScene> given = {};
   Grid size{128, 128};
   int seed = 1;
   int noise_seed = 0;  ///< the same scene with another draw of the camera's noise
@@ -75,7 +87,7 @@ struct SceneUri {
 };
 
 /// fails: unknown_name (scene or key; lists the known ones and the nearest), bad_argument (value out of
-/// range).
+/// range); of a given scene as read_dense, and bad_value (negative light, which no camera sees).
 Result<SceneUri> parse_scene_uri(std::string_view uri);
 
 /// A scene that `sim:NAME` takes.

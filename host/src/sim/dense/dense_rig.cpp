@@ -26,7 +26,7 @@ namespace symrig {
 namespace {
 
 constexpr std::string_view kDense = "dense:";
-constexpr std::array<std::string_view, 2> kKeys{"grid", "views"};
+constexpr std::array<std::string_view, 2> kOwnKeys{"grid", "views"};
 constexpr std::int64_t kMostPixels = sim::kMostDensePixels;
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 36;
 
@@ -46,23 +46,39 @@ std::optional<Grid> sides(std::string_view text) {
   return Grid{static_cast<int>(rows), static_cast<int>(cols)};
 }
 
+const std::vector<std::string_view>& all_keys() {
+  static const std::vector<std::string_view> all = [] {
+    std::vector<std::string_view> keys(kOwnKeys.begin(), kOwnKeys.end());
+    for (const SceneKey& key : scene_keys()) keys.push_back(key.name);
+    return keys;
+  }();
+  return all;
+}
+
 /// Where "?key=" of the first key begins; npos: nowhere. A file's name may contain "?".
 std::size_t query_of(std::string_view rest) {
   const std::size_t at = rest.rfind('?');
   if (at == std::string_view::npos) return at;
   const std::string_view query = rest.substr(at + 1);
-  const bool key =
-      std::ranges::any_of(kKeys, [query](auto name) { return query.starts_with(std::string(name) + "="); });
+  const bool key = std::ranges::any_of(
+      all_keys(), [query](auto name) { return query.starts_with(std::string(name) + "="); });
   return key ? at : std::string_view::npos;
 }
 
-/// Reads one "key=ROWSxCOLS".
+Error unknown_key(std::string_view key, const std::string& rig) {
+  return {ErrorCode::bad_argument, fmt::format("there is no key '{}' in {}", key, rig),
+          nearest_hint(key, all_keys())};
+}
+
+/// Reads one "key=ROWSxCOLS", or keeps a key of a simulated rig.
 Result<void> take(DenseUri& uri, std::string_view word, const std::string& rig) {
   const std::size_t equals = std::min(word.find('='), word.size());
   const std::string_view key = word.substr(0, equals);
-  if (std::ranges::find(kKeys, key) == kKeys.end())
-    return Error{ErrorCode::bad_argument, fmt::format("there is no key '{}' in {}", key, rig),
-                 nearest_hint(key, kKeys)};
+  if (std::ranges::find(kOwnKeys, key) == kOwnKeys.end()) {
+    if (std::ranges::find(all_keys(), key) == all_keys().end()) return unknown_key(key, rig);
+    uri.rig_keys += (uri.rig_keys.empty() ? "" : "&") + std::string(word);
+    return {};
+  }
   const auto value = sides(word.substr(std::min(equals + 1, word.size())));
   if (!value)
     return Error{
@@ -137,19 +153,41 @@ Result<RawMatrix> read_raw(const std::filesystem::path& path) {
                            : sim::read_npy(std::move(bytes), path.string());
 }
 
+class DenseScene final : public Scene {
+ public:
+  explicit DenseScene(DenseMatrix matrix) : matrix_(std::move(matrix)) {}
+
+  using Scene::apply;
+  Grid grid() const override { return matrix_.grid; }
+  int channels() const override { return 1; }
+  /// Sums in double: the same for any number of threads, and exact if T and the pattern are small integers.
+  void apply(std::span<const float> p, std::span<float> y, int /*channel*/) const override {
+    tbb::parallel_for(std::size_t{0}, p.size(), [&](std::size_t i) {
+      const float* const row = matrix_.values.data() + i * p.size();
+      double sum = 0;
+      for (std::size_t j = 0; j < p.size(); ++j)
+        sum += static_cast<double>(row[j]) * static_cast<double>(p[j]);
+      y[i] = static_cast<float>(sum);
+    });
+  }
+
+ private:
+  DenseMatrix matrix_;
+};
+
 class DenseRig final : public Probe {
  public:
   DenseRig(DenseMatrix matrix, std::string name, ViewLayout views)
-      : matrix_(std::move(matrix)), name_(std::move(name)), views_(views) {}
+      : scene_(std::move(matrix)), name_(std::move(name)), views_(views) {}
 
-  Grid grid() const override { return matrix_.grid; }
+  Grid grid() const override { return scene_.grid(); }
   ViewLayout views() const override { return views_; }
   int channels() const override { return 1; }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     SYMRIG_CHECK(check_patterns(*this, patterns));
     std::vector<Radiance> photographs;
     for (const Pattern& pattern : patterns)
-      photographs.push_back({photograph(pattern), Image<float>(grid()), Image<std::uint8_t>(grid(), 1, 1)});
+      photographs.push_back({scene_.apply(pattern), Image<float>(grid()), Image<std::uint8_t>(grid(), 1, 1)});
     photographs_ += std::ssize(patterns);
     return photographs;
   }
@@ -157,25 +195,22 @@ class DenseRig final : public Probe {
   std::string describe() const override { return name_; }
 
  private:
-  /// Sums in double: the same for any number of threads, and exact if T and the pattern are small integers.
-  Image<float> photograph(const Pattern& pattern) const {
-    Image<float> seen(grid());
-    const std::span<const float> p = pattern.values();
-    tbb::parallel_for(std::size_t{0}, p.size(), [&](std::size_t i) {
-      const float* const row = matrix_.values.data() + i * p.size();
-      double sum = 0;
-      for (std::size_t j = 0; j < p.size(); ++j)
-        sum += static_cast<double>(row[j]) * static_cast<double>(p[j]);
-      seen.values()[i] = static_cast<float>(sum);
-    });
-    return seen;
-  }
-
-  DenseMatrix matrix_;
+  DenseScene scene_;
   std::string name_;
   ViewLayout views_;
   std::int64_t photographs_ = 0;
 };
+
+/// "T.npy?nois=off" names no file, and T.npy is one.
+Result<void> check_no_unknown_key(std::string_view rest, const std::string& rig) {
+  const std::size_t at = rest.rfind('?');
+  const std::size_t equals = at == std::string_view::npos ? at : rest.find('=', at);
+  std::error_code failed;
+  if (equals == std::string_view::npos || std::filesystem::exists(rest, failed) ||
+      !std::filesystem::exists(rest.substr(0, at), failed))
+    return {};
+  return unknown_key(rest.substr(at + 1, equals - at - 1), rig);
+}
 
 }  // namespace
 
@@ -186,8 +221,11 @@ bool is_dense(const std::string& rig) {
 Result<DenseUri> parse_dense_uri(const std::string& rig) {
   const std::string_view rest = std::string_view(rig).substr(std::min(kDense.size(), rig.size()));
   const std::size_t at = query_of(rest);
-  DenseUri uri{rest.substr(0, at)};
-  if (at == std::string_view::npos) return uri;
+  DenseUri uri{.file = rest.substr(0, at)};
+  if (at == std::string_view::npos) {
+    SYMRIG_CHECK(check_no_unknown_key(rest, rig));
+    return uri;
+  }
   for (std::string_view query = rest.substr(at + 1);;) {
     const std::size_t end = query.find('&');
     SYMRIG_CHECK(take(uri, query.substr(0, end), rig));
@@ -236,6 +274,10 @@ double asymmetry(const DenseMatrix& matrix) {
       difference = std::max(difference, std::abs(below - above));
     }
   return largest > 0 ? static_cast<double>(difference) / static_cast<double>(largest) : 0;
+}
+
+std::unique_ptr<Scene> make_dense_scene(DenseMatrix matrix) {
+  return std::make_unique<DenseScene>(std::move(matrix));
 }
 
 std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name, ViewLayout views) {
