@@ -145,8 +145,10 @@ RigTime Rig::time() const {
   return taker_->time();
 }
 
-const RigTrouble& Rig::trouble() const {
-  return taker_->trouble();
+RigTrouble Rig::trouble() const {
+  RigTrouble found = taker_->trouble();
+  if (auto warning = black_warning()) found.warnings.push_back(*std::move(warning));
+  return found;
 }
 
 /// Takes a wide bracket of the flood-lit scene, the shortest frame first, in a run for each. It ends with the
@@ -251,6 +253,7 @@ ExposureRules Rig::rules_with_waits() const {
 /// Photographs black again if its error is too large for the expectation. All photographs share this error.
 Result<void> Rig::refine_black(const Expectation& expected) {
   const Camera& camera = taker_->camera();
+  constexpr double kNoBetter = 0.7;
   const double wanted = least_noise(expected);
   if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
   // With as few seconds again, the photographs would be no better.
@@ -266,6 +269,8 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   }
   const Expectation dark = expected_black(*black_, expected, count);
   SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(), rules));
+  // Where its light fills the wells, further photographs of it are as noisy as these.
+  if (plan.noise * dark.parts.front().noise / count > kNoBetter * mean_variance(*black_)) return {};
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
   Result<void> taken = replace_black(black_, [&]() -> Result<Radiance> {
@@ -308,19 +313,62 @@ Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
       SYMRIG_CHECK(photograph_black(exposures_));
   }
   const LightPath path{options_.scale, black_level(black_)};
-  const ExposureRules rules = rules_with_waits();
-  std::vector<Result<BracketPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
+  std::vector<Result<BlackPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t i) {
-    if (expectation[i] != nullptr)
-      plans[i] = plan_bracket(*expectation[i], path, taker_->camera().noise(), rules);
+    if (expectation[i] != nullptr) plans[i] = plan_with_black(*expectation[i], path);
   });
   for (std::size_t i = 0; i < plans.size(); ++i) {
     if (expectation[i] == nullptr) continue;
     if (!plans[i].ok()) return plans[i].error();
-    held_short_ = held_short_ || black_seconds_ > 0 || plans[i]->held_short;
-    brackets[i] = std::move(plans[i]->exposures);
+    held_short_ = held_short_ || black_seconds_ > 0 || plans[i]->plan.held_short;
+    planned_seconds_ += plans[i]->seconds;
+    seconds_without_black_ += plans[i]->seconds_without_black;
+    brackets[i] = std::move(plans[i]->plan.exposures);
   }
   return brackets;
+}
+
+/// The light of the dark projector has noise, which a photograph needs time to see through. It may take as
+/// long for that as a fixed bracket does, whose noise is what anybody's is who plans nothing.
+Result<Rig::BlackPlan> Rig::plan_with_black(const Expectation& expected, const LightPath& path) const {
+  constexpr double kNoticed = 0.003;  // black, as a share of the brightest light
+  const NoiseModel& noise = taker_->camera().noise();
+  const ExposureRules rules = rules_with_waits();
+  const auto sum = [&rules](const Exposures& exposures) {
+    double all = 0;
+    for (const Nanoseconds exposure : exposures)
+      all += seconds(exposure) + seconds(rules.each_frame + rules.each_wait);
+    return all;
+  };
+  SYMRIG_TRY(BracketPlan plan, plan_bracket(expected, path, noise, rules));
+  const double takes = sum(plan.exposures), brightest = brightest_light();
+  if (!(path.black > kNoticed * brightest)) return BlackPlan{std::move(plan), takes, takes};
+  SYMRIG_TRY(const BracketPlan without, plan_bracket(expected, {path.scale, 0}, noise, rules));
+  const double fixed = sum(exposures_), needed = sum(without.exposures);
+  if (takes <= fixed || needed >= fixed) return BlackPlan{std::move(plan), takes, std::min(needed, takes)};
+  Expectation bounded = expected;
+  bounded.most_seconds = fixed;
+  SYMRIG_TRY(plan, plan_bracket(bounded, path, noise, rules));
+  plan.held_short = false;  // no budget of the user
+  const double bounded_to = sum(plan.exposures);
+  return BlackPlan{std::move(plan), bounded_to, needed};
+}
+
+double Rig::brightest_light() const {
+  double most = 0;
+  for (const ExpectedPart& part : flood_lit_.parts)
+    for (const ExpectedLight& light : part.lights) most = std::max(most, light.radiance);
+  return most;
+}
+
+std::optional<std::string> Rig::black_warning() const {
+  constexpr double kTold = 1.5;
+  if (!(planned_seconds_ > kTold * seconds_without_black_)) return std::nullopt;
+  return fmt::format(
+      "the projector's black is {:.2g} % of white: its noise makes photographs take {:.2g} times as long "
+      "(use a "
+      "projector with a darker black, or stop light that leaks)",
+      100 * black_level(black_) / brightest_light(), planned_seconds_ / seconds_without_black_);
 }
 
 /// The number of photographs that fit into one run.

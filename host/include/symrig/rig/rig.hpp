@@ -185,7 +185,7 @@ class Rig final : public Probe {
   /// The lamp's present level, from the references.
   LampLevel lamp() const;
   /// The problems that the rig has found and solved so far.
-  const RigTrouble& trouble() const;
+  RigTrouble trouble() const;
 
   /// For a rig that can repeat time: counts photographs of an earlier run of symrig as its own. Takes the
   /// references between them again, each at its place. passed: called with the number of consecutive
@@ -208,6 +208,14 @@ class Rig final : public Probe {
   bool planned() const { return options_.exposures == 0; }
   Result<std::vector<Exposures>> choose(std::span<const Pattern> patterns,
                                         std::span<const Expectation> expected);
+  /// A bracket, what it takes [s], and what it would take if the projector's black were dark.
+  struct BlackPlan {
+    BracketPlan plan;
+    double seconds = 0, seconds_without_black = 0;
+  };
+  Result<BlackPlan> plan_with_black(const Expectation& expected, const LightPath& path) const;
+  double brightest_light() const;
+  std::optional<std::string> black_warning() const;
   std::size_t in_one_run(std::span<const Exposures> brackets) const;
   Result<void> refer();
   Result<void> check_shown_planes();
@@ -223,6 +231,8 @@ class Rig final : public Probe {
   std::optional<Radiance> black_;
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
   std::size_t black_exposures_ = 0;                             // of the last photograph that was not planned
+  double planned_seconds_ = 0;                                  // of photographs,
+  double seconds_without_black_ = 0;                            // and if black were dark
   double black_seconds_ = 0;       // it was ended by so few seconds; 0: it is as good as was wanted
   Nanoseconds frame_waits_{0};     // what a frame of the first black took besides its exposure
   bool opened_short_ = false;      // a budget of seconds ended metering or the first black
