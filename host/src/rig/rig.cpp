@@ -270,7 +270,8 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   const Expectation dark = expected_black(*black_, expected, count);
   SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(), rules));
   // Where its light fills the wells, further photographs of it are as noisy as these.
-  if (plan.noise * dark.parts.front().noise / count > kNoBetter * mean_variance(*black_)) return {};
+  const double noise = plan.noise * dark.parts.front().noise / count;
+  if (!plan.held_short && noise > kNoBetter * mean_variance(*black_)) return {};
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
   Result<void> taken = replace_black(black_, [&]() -> Result<Radiance> {

@@ -452,6 +452,21 @@ TEST(LoggedProbe, logs_what_it_passes_on) {
   }
 }
 
+// A scene file holds numbers below 2^60; the log stays as it was.
+TEST(LoggedProbe, refuses_light_that_no_scene_file_holds) {
+  for (const double scale : {0x1p59, 0x1p61}) {
+    const tests::DenseTransport scene({4, 4}, [scale](int i, int j) { return i == j ? scale : 0; });
+    tests::DenseProbe rig(scene);
+    const auto log = make_memory_log(scene.grid(), 1);
+    LoggedProbe logged(rig, *log);
+    const Pattern pattern(scene.grid(), 1, 1.F);
+    const auto seen = logged.measure({&pattern, 1});
+    EXPECT_EQ(seen.ok(), scale < 0x1p60);
+    EXPECT_TRUE(seen.ok() || seen.error().code == ErrorCode::bad_value);
+    EXPECT_EQ(log->size(), seen.ok() ? 1 : 0);
+  }
+}
+
 TEST(LoggedProbe, asks_for_no_more_at_once_than_may_be_lost) {
   const DenseTransport scene = facing_planes({6, 5});
   DenseProbe dense(scene);

@@ -81,13 +81,27 @@ std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels, std::opt
 
 namespace {
 
+constexpr float kLargest = 0x1p60F;
+
 /// A log keeps whatever it is given, and its checksums only say that it kept it. What is used must be
 /// numbers.
 bool photograph_ok(const Radiance& photograph) {
-  constexpr float kLargest = 0x1p60F, kLargestVariance = 0x1p120F;
+  constexpr float kLargestVariance = 0x1p120F;
   return std::ranges::all_of(photograph.mean.values(), [](float v) { return std::abs(v) < kLargest; }) &&
          std::ranges::all_of(photograph.variance.values(),
                              [](float v) { return v >= 0 && v < kLargestVariance; });
+}
+
+/// A scene file holds no number as large, so nobody could read the capture again. first: number of the first
+/// photograph. Numbers that are none are found where they are used.
+Result<void> check_photographs(std::span<const Radiance> photographs, std::int64_t first) {
+  for (std::size_t k = 0; k < photographs.size(); ++k)
+    if (std::ranges::any_of(photographs[k].mean.values(), [](float v) { return std::abs(v) >= kLargest; }))
+      return Error{ErrorCode::bad_value,
+                   "photograph " + std::to_string(first + static_cast<std::int64_t>(k)) +
+                       " has light of 2^60 or more, which a scene file cannot hold",
+                   "let the rig give light in a larger unit"};
+  return {};
 }
 
 bool cost_ok(const ProbeCost& spent) {
@@ -199,6 +213,7 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
     const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
     SYMRIG_TRY(std::vector<Radiance> answers,
                take(few, expected.empty() ? expected : expected.subspan(first, few.size())));
+    SYMRIG_CHECK(check_photographs(answers, log_.size()));
     log_.note_budget(expected.empty() ? 0 : expected[first].budget_note(inner_.held_short()));
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
     // A capture that is continued sees what the log holds, so this one must see it too. Not what the log
