@@ -308,6 +308,21 @@ TEST(UnknownCamera, a_curve_of_many_codes_is_right_at_dark_ones) {
   }
 }
 
+TEST(UnknownCamera, dark_photographs_leave_the_unit_of_a_curve_open) {
+  for (const bool dark : {false, true}) {
+    SensorPhotographs photographs = bracket({.bits = 8, .gamma = 2.2, .ratio = 2, .true_ratio = 2}, 5);
+    if (dark)
+      for (auto& still : photographs.bracket)
+        for (std::uint16_t& code : still.codes) code = static_cast<std::uint16_t>(code / 3);
+    const auto merged = merge_bracket(photographs, {}, {.unchecked = true});
+    ASSERT_TRUE(merged.ok()) << merged.error().line();
+    EXPECT_EQ(std::ranges::any_of(
+                  merged->warnings,
+                  [](const std::string& one) { return one.starts_with("no photograph reaches half"); }),
+              dark);
+  }
+}
+
 // A weak curve looks like a line whose exposures are wrong, so both are no straight camera.
 TEST(UnknownCamera, what_is_no_straight_line_is_not_taken_for_one) {
   for (const Unknown& camera :

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sensor/bracket_checks.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
+#include "symrig/hdr/internal/clipping.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/response.hpp"
 
@@ -149,6 +150,20 @@ void warn_of_burnt(std::span<const Frame> frames, MergedBracket& merged) {
                     100 * share));
 }
 
+/// A curve that was recovered from dark photographs says nothing of bright codes, nor of the unit.
+void warn_of_guessed_curve(const SensorPhotographs& photographs, std::span<const Frame> frames,
+                           MergedBracket& merged) {
+  constexpr double kSeen = 0.5;  // of the largest code
+  const int largest = (1 << photographs.bits) - 1;
+  int most = 0;
+  for (const Frame& frame : frames) most = std::max(most, hdr::brightest(frame.raw));
+  if (most < kSeen * largest)
+    merged.warnings.push_back(fmt::format(
+        "no photograph reaches half of the largest code ({} of {}): the curve beyond, and the unit of the "
+        "radiance, are guessed (add longer exposures, or give --response)",
+        most, largest));
+}
+
 /// Whether the exposures are wrong by so much that the light of dark pixels does not fit that of bright ones.
 /// Shutters miss what is written on them by 7 %: 1/60 s is 1/64 s, and 1/125 s is 1/128 s.
 bool ratios_spoil(const std::vector<ExposureRatio>& ratios) {
@@ -295,6 +310,7 @@ Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const 
     discard(changes, merged.radiance);
   }
   warn_of_burnt(frames, merged);
+  if (merged.camera.response && !known.response) warn_of_guessed_curve(photographs, frames, merged);
   merged.warnings.insert(merged.warnings.end(), found.large.begin(), found.large.end());
   merged.warnings.insert(merged.warnings.end(), found.small.begin(), found.small.end());
   return merged;
