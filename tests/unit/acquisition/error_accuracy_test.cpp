@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // How often the truth lies within the interval that a capture states: seeds and sizes that nothing was tuned
 // on.
+#include "dense_scene.hpp"
 #include "judged_capture.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/sim/virtual_rig.hpp"
+#include "workbench.hpp"
 
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -197,3 +202,135 @@ TEST(NoiseCheck, noise_of_rows_and_blurred_noise_are_told) {
 }  // namespace
 
 }  // namespace symrig::noise_check_accuracy_test
+
+// Numerical stability: matrices that a search finds hard, against themselves in double precision.
+namespace symrig::stability_test {
+namespace {
+
+using tests::DenseTransport;
+using tests::Matrix;
+using tests::Outcome;
+
+constexpr int kSide = 16, kPixels = kSide * kSide;
+constexpr Grid kSquare{kSide, kSide};
+
+/// A smooth scene with its albedo.
+Matrix smooth(int pixels, int cols) {
+  Random random(7);
+  const Eigen::VectorXd albedo =
+      Eigen::VectorXd::NullaryExpr(pixels, [&random] { return 0.1 + 0.9 * random.uniform(); });
+  return Matrix::NullaryExpr(pixels, pixels, [&](Eigen::Index i, Eigen::Index j) {
+    const auto row = static_cast<double>(i / cols - j / cols), col = static_cast<double>(i % cols - j % cols);
+    const double light = std::exp(-(row * row + col * col) / 30) / 60 * albedo(i) * albedo(j);
+    return light + (i == j ? albedo(i) : 0);
+  });
+}
+
+/// Orthogonal vectors with these eigenvalues. share: number of the eigenvalue over all.
+Matrix with_spectrum(const std::function<double(double share)>& eigenvalue) {
+  const Matrix q = Eigen::HouseholderQR<Matrix>(tests::gaussian(kPixels, 3)).householderQ();
+  const Eigen::VectorXd values = Eigen::VectorXd::NullaryExpr(
+      kPixels, [&](Eigen::Index k) { return eigenvalue(static_cast<double>(k) / kPixels); });
+  return q * values.asDiagonal() * q.transpose();
+}
+
+Matrix checkerboard(double direct) {
+  const auto colour = [](Eigen::Index i) { return (i / kSide + i % kSide) % 2; };
+  return Matrix::NullaryExpr(kPixels, kPixels, [=](Eigen::Index i, Eigen::Index j) {
+    const double own = i == j ? direct * (0.5 + 0.5 * static_cast<double>(i % 7) / 6) : 0;
+    return (colour(i) == colour(j) ? 1.0 / kPixels : 0) + own;
+  });
+}
+
+/// Light of pixels over so many decades, around 1.
+Matrix over_decades(double decades) {
+  Random random(8);
+  const Eigen::VectorXd root = Eigen::VectorXd::NullaryExpr(
+      kPixels, [&] { return std::pow(10, decades * (random.uniform() - 0.5) / 2); });
+  return root.asDiagonal() * smooth(kPixels, kSide) * root.asDiagonal();
+}
+
+/// Each of the two columns at the border of the largest blocks sees the other; direct light beside.
+Matrix mirror_at_border() {
+  Matrix t = Matrix::Identity(kPixels, kPixels);
+  for (int row = 0; row < kSide; ++row) {
+    const int left = row * kSide + kSide / 2 - 1;
+    t(left, left + 1) = t(left + 1, left) = 1;
+  }
+  return t;
+}
+
+Matrix single_path() {
+  Matrix t = Matrix::Zero(kPixels, kPixels);
+  t(3, kPixels - 5) = t(kPixels - 5, 3) = 1;
+  return t;
+}
+
+Matrix with_gain(double by) {
+  const Eigen::VectorXd gain = Eigen::VectorXd::NullaryExpr(
+      kPixels, [by](Eigen::Index i) { return 1 + by * std::sin(3.0 * static_cast<double>(i) / kPixels); });
+  return gain.asDiagonal() * smooth(kPixels, kSide);
+}
+
+struct Hard {
+  const char* name;
+  Grid grid;
+  Matrix t;
+};
+
+std::vector<Hard> hard_matrices() {
+  return {
+      {"flat spectrum", kSquare, with_spectrum([](double x) { return x < 0.5 ? 1 : -1; })},
+      {"steep spectrum, 1 to 1e-12", kSquare, with_spectrum([](double x) { return std::pow(10, -12 * x); })},
+      {"clustered spectrum: 1, 1e-3, 1e-6", kSquare, with_spectrum([](double x) {
+         return x < 0.1 ? 1 : x < 0.4 ? 1e-3 : 1e-6;
+       })},
+      {"checkerboard", kSquare, checkerboard(0)},
+      {"checkerboard with direct light", kSquare, checkerboard(1)},
+      {"permutation", kSquare, tests::pairs(kPixels, 5)},
+      {"smooth, light over 12 decades", kSquare, over_decades(12)},
+      {"smooth, light over 24 decades", kSquare, over_decades(24)},
+      {"smooth, gain 0.1 %", kSquare, with_gain(1e-3)},
+      {"smooth, gain 1 %", kSquare, with_gain(1e-2)},
+      {"smooth, gain 5 %", kSquare, with_gain(5e-2)},
+      {"smooth, 1x300", {1, 300}, smooth(300, 300)},
+      {"single light path", kSquare, single_path()},
+      {"mirror at a border of blocks", kSquare, mirror_at_border()}};
+}
+
+/// The relative Frobenius error, column by column in double precision.
+double exact_error(const TransportTensor& tensor, const Matrix& t) {
+  double error = 0;
+  for (Eigen::Index j = 0; j < t.cols(); ++j) {
+    Image<float> one(tensor.projector_grid());
+    one.values()[static_cast<std::size_t>(j)] = 1;
+    const auto column = tensor.apply(one);
+    EXPECT_TRUE(column.ok());
+    for (Eigen::Index i = 0; i < t.rows(); ++i)
+      error += std::pow(static_cast<double>(column->values()[static_cast<std::size_t>(i)]) - t(i, j), 2);
+  }
+  return std::sqrt(error) / t.norm();
+}
+
+// docs/research/error-estimates.md prints the lines. Noise is a thousandth of the RMS of the flood-lit scene.
+TEST(Stability, no_hard_matrix_ends_done_with_an_error_above_three_times_the_stated_one) {
+  for (const Hard& hard : hard_matrices())
+    for (const bool noisy : {false, true}) {
+      const DenseTransport scene(hard.grid, [&](int i, int j) { return hard.t(i, j); });
+      const double flood = hard.t.rowwise().sum().norm() / std::sqrt(static_cast<double>(hard.t.rows()));
+      const Outcome outcome = tests::run(scene, {.unchecked = true}, noisy ? 1e-3 * flood : 0);
+      const CaptureResult& result = outcome.result;
+      const double error = exact_error(result.tensor, hard.t);
+      ASSERT_TRUE(std::isfinite(error)) << hard.name;
+      EXPECT_LE(result.patterns, hard.t.rows()) << hard.name;
+      const double stated = result.stated_error().value_or(std::nan(""));
+      std::printf("| %s%s | %d | %d | %.1e | %.1e |\n", hard.name, noisy ? ", noise" : "",
+                  static_cast<int>(result.patterns), static_cast<int>(hard.t.rows()), error, stated);
+      // Rounding of photographs to floats, summed over a photograph's pixels.
+      const double rounding = 0x1p-24 * static_cast<double>(hard.t.rows());
+      EXPECT_LE(error, 3 * stated + rounding) << hard.name << (noisy ? " with noise" : "");
+    }
+}
+
+}  // namespace
+}  // namespace symrig::stability_test
