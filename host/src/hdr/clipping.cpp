@@ -60,7 +60,11 @@ std::optional<Plateau> plateau_of(const Frame& shorter, const Frame& longer) {
     return codes;
   };
   std::size_t end = kFewestPiled;
-  Plateau found{codes_of(0, end), 0, static_cast<double>(both[end / 2].first)};
+  const auto middle_of = [&both](std::size_t from, std::size_t to) {
+    const std::size_t at = (from + to) / 2;
+    return static_cast<double>(both[at].first);
+  };
+  Plateau found{codes_of(0, end), 0, middle_of(0, end)};
   const double middle = median(found.codes);
   const double error = kMedianError * spread_below(found.codes) / std::sqrt(kFewestPiled);
   for (std::size_t begin = end; begin < both.size(); begin = end) {
@@ -68,7 +72,7 @@ std::optional<Plateau> plateau_of(const Frame& shorter, const Frame& longer) {
     std::vector<double> next = codes_of(begin, end);
     if (std::abs(median(next) - middle) > kOneCode + kErrors * error) break;
     found.codes = codes_of(0, begin);  // the last group may hold others, too
-    found.least = both[(begin + end) / 2].first;
+    found.least = middle_of(begin, end);
   }
   return found.least > 0 ? std::optional(std::move(found)) : std::nullopt;
 }

@@ -220,8 +220,9 @@ Matrix smooth(int pixels, int cols) {
   const Eigen::VectorXd albedo =
       Eigen::VectorXd::NullaryExpr(pixels, [&random] { return 0.1 + 0.9 * random.uniform(); });
   return Matrix::NullaryExpr(pixels, pixels, [&](Eigen::Index i, Eigen::Index j) {
-    const auto row = static_cast<double>(i / cols - j / cols), col = static_cast<double>(i % cols - j % cols);
-    const double light = std::exp(-(row * row + col * col) / 30) / 60 * albedo(i) * albedo(j);
+    const Eigen::Index down = i / cols - j / cols, right = i % cols - j % cols;
+    const auto square = static_cast<double>(down * down + right * right);
+    const double light = std::exp(-square / 30) / 60 * albedo(i) * albedo(j);
     return light + (i == j ? albedo(i) : 0);
   });
 }

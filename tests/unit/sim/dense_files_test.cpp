@@ -316,9 +316,11 @@ TEST_F(DenseRig, its_views_tile_its_grid) {
 
 // The matrix as the scene of a simulated rig.
 
+constexpr std::size_t kLitPixels = 64;
+
 /// T of 8x8 pixels: direct light, and light between neighbours in raster order. scale: of its unit.
 std::vector<float> lit_matrix(float scale) {
-  std::vector<float> values(64 * 64);
+  std::vector<float> values(kLitPixels * kLitPixels);
   for (std::size_t i = 0; i < 64; ++i)
     for (std::size_t j = 0; j < 64; ++j)
       values[i * 64 + j] = scale * (i == j                     ? 0.5F + 0.005F * static_cast<float>(i)
@@ -386,7 +388,8 @@ TEST_F(DenseRig, what_no_simulated_rig_can_have_is_refused) {
   negative[7] = -0.1F;
   ASSERT_TRUE(read(npy(negative, "(64, 64)")).ok());
   EXPECT_NE(line("noise=camera").find("negative light"), std::string::npos);
-  EXPECT_TRUE(read(npy(std::vector<float>(64 * 64, 0.F), "(64, 64)")).error().code == ErrorCode::bad_value);
+  EXPECT_TRUE(read(npy(std::vector<float>(kLitPixels * kLitPixels, 0.F), "(64, 64)")).error().code ==
+              ErrorCode::bad_value);
 }
 
 TEST(DenseUri, names_a_file_and_perhaps_a_grid) {

@@ -364,14 +364,17 @@ Result<CaptureResult> Hierarchy::refine() {
 /// Light that is balanced in all blocks hides from the checks as well, so they cannot tell what is missed.
 void Hierarchy::withdraw_estimates(CaptureResult& result) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  using Kind = std::pair<const char*, double TransportErrors::*>;
-  for (const auto& [key, kind] :
+  struct Kind {
+    const char* key;
+    double TransportErrors::*error;
+  };
+  for (const Kind& kind :
        {Kind{"frobenius", &TransportErrors::frobenius}, Kind{"indirect", &TransportErrors::indirect},
         Kind{"relight.random", &TransportErrors::relight_random},
         Kind{"relight.natural", &TransportErrors::relight_natural}}) {
-    (*result.estimated).*kind = result.estimated_half_width.*kind = kNone;
-    std::erase_if(result.estimate_not_given, [&](const ErrorNotGiven& one) { return one.key == key; });
-    result.estimate_not_given.push_back({key, Sparseness::kContradiction});
+    (*result.estimated).*kind.error = result.estimated_half_width.*kind.error = kNone;
+    std::erase_if(result.estimate_not_given, [&](const ErrorNotGiven& one) { return one.key == kind.key; });
+    result.estimate_not_given.push_back({kind.key, Sparseness::kContradiction});
   }
 }
 
