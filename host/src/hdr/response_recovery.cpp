@@ -108,7 +108,10 @@ class Nodes {
     std::size_t below;
     double part;  ///< of the way to the upper one
   };
-  const Place& of(int code) const { return places_[code]; }
+  /// Codes that the camera does not have are those of its largest one; nothing counts them.
+  const Place& of(int code) const {
+    return places_[std::min(static_cast<std::size_t>(code), places_.size() - 1)];
+  }
   std::size_t count() const { return at_.size(); }
   /// From a node to the next, in ln code.
   double step(std::size_t node) const {
