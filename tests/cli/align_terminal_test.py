@@ -24,8 +24,12 @@ def read_some(terminal):
         return ""
 
 
+def complete_pages(text):
+    return text.split(PAGE)[1:-1]
+
+
 def pages_with_keys(symrig, keys):
-    """The pages that were shown, with a key pressed after every third one, and the exit code."""
+    """The pages that were shown, and the exit code. keys: (key, whether the pages so far call for it)."""
     child, terminal = pty.fork()
     if child == 0:
         os.execv(symrig, [symrig, "align", "--rig", RIG])
@@ -35,9 +39,9 @@ def pages_with_keys(symrig, keys):
     # Reading after the end gives the rest of what was written, so the settings are asked while it still runs.
     while more := read_some(terminal):
         text += more
-        if left and text.count(PAGE) >= 3 * (len(keys) - len(left) + 1):
+        if left and left[0][1](complete_pages(text)):
             during = termios.tcgetattr(terminal)
-            os.write(terminal, left.pop(0).encode())
+            os.write(terminal, left.pop(0)[0].encode())
     _, status = os.waitpid(child, 0)
     os.close(terminal)
     assert before[3] & termios.ECHO, "the terminal echoes at first"
@@ -45,9 +49,19 @@ def pages_with_keys(symrig, keys):
     return text.split(PAGE), os.waitstatus_to_exitcode(status)
 
 
+def has_picture(page):
+    return "the longest is" in page
+
+
 def main():
     symrig = os.path.abspath(sys.argv[1])
-    pages, code = pages_with_keys(symrig, "rrq")
+    # r draws, r again takes it away, q ends. A key waits for what the one before did: on a busy machine two keys
+    # may come between two pages.
+    pages, code = pages_with_keys(symrig, [
+        ("r", lambda pages: len(pages) >= 3),
+        ("r", lambda pages: has_picture(pages[-1])),
+        ("q", lambda pages: not has_picture(pages[-1])),
+    ])
     assert code == 0, code
     assert pages[0] == "", pages[0]
     shown = pages[1:]
@@ -56,8 +70,7 @@ def main():
         assert "pixels a cell" in page and "not yet" in page, page
         assert "zoom in" in page, page
         assert "\x1b" not in page, repr(page)
-    drawn = ["the longest is" in page for page in shown]
-    # r draws, r again takes it away, q ends.
+    drawn = [has_picture(page) for page in shown]
     assert not drawn[0] and any(drawn) and not drawn[-1], drawn
     assert any(arrow in "".join(shown) for arrow in "→←⇒⇐"), "parallax along the columns"
     print(f"{len(shown)} pages, {sum(drawn)} with a picture")
