@@ -271,7 +271,10 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(), rules));
   // Where its light fills the wells, further photographs of it are as noisy as these.
   const double noise = plan.noise * dark.parts.front().noise / count;
-  if (!plan.held_short && noise > kNoBetter * mean_variance(*black_)) return {};
+  if (!plan.held_short && noise > kNoBetter * mean_variance(*black_)) {
+    black_for_ = wanted;
+    return {};
+  }
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
   Result<void> taken = replace_black(black_, [&]() -> Result<Radiance> {
@@ -366,9 +369,8 @@ std::optional<std::string> Rig::black_warning() const {
   constexpr double kTold = 1.5;
   if (!(planned_seconds_ > kTold * seconds_without_black_)) return std::nullopt;
   return fmt::format(
-      "the projector's black is {:.2g} % of white: its noise makes photographs take {:.2g} times as long "
-      "(use a "
-      "projector with a darker black, or stop light that leaks)",
+      "the projector's black is {:.2g} % of white, other light in the room included: its noise makes "
+      "photographs take {:.2g} times as long (darken the room, or use a projector with a darker black)",
       100 * black_level(black_) / brightest_light(), planned_seconds_ / seconds_without_black_);
 }
 
