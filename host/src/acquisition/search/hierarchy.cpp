@@ -200,7 +200,7 @@ Result<void> Hierarchy::search() {
     if (finished) return {};
     give_back_freed_memory();  // of the last level: blocks of this one have other sizes
     SYMRIG_CHECK(search_level(level));
-    if (sparseness_.brute_force_takes_over()) return {};
+    if (sparseness_.brute_force_takes_over()) break;
     report_step(level);
     if (got_worse()) {
       take_back(level);
@@ -208,6 +208,7 @@ Result<void> Hierarchy::search() {
     }
     before_.reset();
   }
+  before_.reset();  // its memory
   return {};
 }
 
