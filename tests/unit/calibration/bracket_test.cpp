@@ -308,6 +308,18 @@ TEST(UnknownCamera, a_curve_of_many_codes_is_right_at_dark_ones) {
   }
 }
 
+// The scene is elsewhere in each photograph, so a curve would take all of it for noise. (A ramp that moves a
+// little is as if exposures were others.)
+TEST(UnknownCamera, a_scene_that_moves_in_each_photograph_is_refused) {
+  SensorPhotographs photographs = bracket({.bits = 8, .gamma = 2.2, .ratio = 2, .true_ratio = 2}, 5);
+  for (std::size_t k = 0; k < photographs.bracket.size(); ++k)
+    std::ranges::rotate(photographs.bracket[k].codes,
+                        photographs.bracket[k].codes.begin() + static_cast<std::ptrdiff_t>(3700 * k));
+  const auto merged = merge_bracket(photographs, {});
+  ASSERT_FALSE(merged.ok());
+  EXPECT_EQ(merged.error().code, ErrorCode::bad_value);
+}
+
 TEST(UnknownCamera, dark_photographs_leave_the_unit_of_a_curve_open) {
   for (const bool dark : {false, true}) {
     SensorPhotographs photographs = bracket({.bits = 8, .gamma = 2.2, .ratio = 2, .true_ratio = 2}, 5);

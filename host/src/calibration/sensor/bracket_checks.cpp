@@ -184,8 +184,10 @@ std::vector<LightChange> light_changes(const SensorPhotographs& photographs, con
   for (std::size_t i = 0; i < shorter.raw.size(); ++i) {
     if (!codes.clear(shorter.raw[i]) || !codes.clear(longer.raw[i])) continue;
     const double expected = ratio * codes.light(shorter.raw[i]);
-    all.push_back({i, i / width, codes.light(longer.raw[i]) / expected - 1,
-                   std::sqrt(codes.variance(shorter.raw[i]) + codes.variance(longer.raw[i]))});
+    // A bracket in which much moves shows that as noise; where codes are clear, there is no more than this.
+    constexpr double kMostNoise = 0.05;
+    const double noise = std::sqrt(codes.variance(shorter.raw[i]) + codes.variance(longer.raw[i]));
+    all.push_back({i, i / width, codes.light(longer.raw[i]) / expected - 1, std::min(noise, kMostNoise)});
   }
   return all;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sensor/bracket_checks.hpp"
+#include "symrig/base/statistics.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/hdr/internal/clipping.hpp"
 #include "symrig/hdr/merge.hpp"
@@ -186,10 +187,21 @@ constexpr double kUnknownCurve = 0.25;  // of full light
 
 std::string doubt_text(const SensorFindings& camera) {
   return fmt::format(
-      "two methods of recovering the response differ by {:.2g} % of full light: exposures are too dark or "
-      "too far "
-      "apart to tell it, or exposures, scene or lamp changed",
+      "two methods of recovering the response differ by {:.2g} % of full light: exposures are too dark "
+      "or too far apart to tell it, or exposures, scene or lamp changed",
       100 * camera.response_doubt);
+}
+
+/// What a curve cannot bring together counts as noise of codes. No camera has as much. Empty: it is less.
+std::string unlike_text(const MergedBracket& merged) {
+  constexpr double kMost = 0.06;  // of the largest code
+  if (merged.code_variance.empty()) return {};
+  const double sigma = std::sqrt(median(std::vector<double>(merged.code_variance)));
+  if (sigma <= kMost * static_cast<double>(merged.code_variance.size())) return {};
+  return fmt::format(
+      "the photographs differ by {:.2g} codes rms where they should agree: the scene moved, or exposures, "
+      "light or camera changed",
+      sigma);
 }
 
 Contradictions contradictions_of(const SensorPhotographs& photographs, const MergedBracket& merged,
@@ -204,6 +216,7 @@ Contradictions contradictions_of(const SensorPhotographs& photographs, const Mer
                       photographs.bracket[ratio.shorter].file, ratio.stated));
   for (const calibration::BracketChange& change : changes)
     (change.everywhere ? found.large : found.small).push_back(change.what);
+  if (std::string unlike = unlike_text(merged); !unlike.empty()) found.large.push_back(std::move(unlike));
   if (merged.camera.doubtful())
     (merged.camera.response_doubt > kUnknownCurve ? found.large : found.small)
         .push_back(doubt_text(merged.camera));
