@@ -312,9 +312,10 @@ TEST(UnknownCamera, a_curve_of_many_codes_is_right_at_dark_ones) {
 // little is as if exposures were others.)
 TEST(UnknownCamera, a_scene_that_moves_in_each_photograph_is_refused) {
   SensorPhotographs photographs = bracket({.bits = 8, .gamma = 2.2, .ratio = 2, .true_ratio = 2}, 5);
-  for (std::size_t k = 0; k < photographs.bracket.size(); ++k)
-    std::ranges::rotate(photographs.bracket[k].codes,
-                        photographs.bracket[k].codes.begin() + static_cast<std::ptrdiff_t>(3700 * k));
+  for (std::size_t k = 0; k < photographs.bracket.size(); ++k) {
+    auto& codes = photographs.bracket[k].codes;
+    std::rotate(codes.begin(), codes.begin() + static_cast<std::ptrdiff_t>(3700 * k), codes.end());
+  }
   const auto merged = merge_bracket(photographs, {});
   ASSERT_FALSE(merged.ok());
   EXPECT_EQ(merged.error().code, ErrorCode::bad_value);
